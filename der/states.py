@@ -1,0 +1,206 @@
+"""Pre-deformation: from a flat ribbon to the stable state that a scene starts from.
+
+The planar buckled state is known nearly in closed form.  The ribbon is sheared from there in
+small steps; wherever the state has lost its stability it is pushed along its softest mode and
+relaxed, so that it follows the paper's way through the pitchforks (appendix B).  At alpha = 0
+all four US states follow from one by two symmetries of the clamps: the mirror z -> -z, and the
+reversal s -> L - s with r -> R - r.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import eig_banded
+from scipy.optimize import brentq
+from scipy.special import j0
+
+from ribbonfem.continuation import equilibrium
+from ribbonfem.results import Array, SolverError
+from ribbonfem.scene import SceneError
+
+from . import kernels
+from .rod import Rod, RodState
+from .statics import Statics
+
+# heights and slips below this (in L) count as zero when a state is named
+_FLAT = 1e-6
+
+
+def planar(rod: Rod) -> RodState:
+    """A guess for the planar state U+ at the scene's compression: tangent angle a sin(2 pi s).
+
+    J0(a) = 1 - dL/L makes it inextensible with the right chord; it is the elastica to first
+    order in a.
+    """
+    amplitude = brentq(lambda a: j0(a) - 1.0 + rod.scene.compression, 0.0, 3.83)
+    middles = 0.5 * (rod.arclength[1:] + rod.arclength[:-1])
+    phi = amplitude * np.sin(2.0 * np.pi * middles)
+    phi[[0, -1]] = 0.0
+    edges = rod.rest * np.column_stack((np.cos(phi), np.zeros_like(phi), np.sin(phi)))
+    x = np.zeros((rod.nodes, 3))
+    x[0, 0] = rod.arclength[0]
+    x[1:] = x[0] + np.cumsum(edges, axis=0)
+    x[-2:] = rod.right(rod.scene.compression, 0.0)
+    m1 = np.column_stack((-np.sin(phi), np.zeros_like(phi), np.cos(phi)))
+    return RodState(x, m1, np.zeros(rod.nodes))
+
+
+def mirrored(state: RodState) -> RodState:
+    """The image under z -> -z: U changes sign, S keeps it."""
+    return RodState(state.x * [1.0, 1.0, -1.0], state.m1 * [-1.0, -1.0, 1.0], -state.twist)
+
+
+def reversed_(state: RodState) -> RodState:
+    """The image under s -> L - s, r -> R - r at alpha = 0: U and S both change sign."""
+    ends = state.x[0] + state.x[-1]
+    return RodState(ends - state.x[::-1], state.m1[::-1].copy(), -state.twist[::-1])
+
+
+def name(rod: Rod, state: RodState) -> str:
+    """The name of a state at alpha = 0 by the signs of z(1/2) and of x(1/2) - (L - dL)/2."""
+    position, _ = rod.middle(state.x)
+    slip = float(position[0]) - 0.5 * (1.0 - rod.scene.compression)
+    u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
+    s = "" if abs(slip) < _FLAT else "S+" if slip > 0.0 else "S-"
+    return u + s
+
+
+def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 400) -> RodState:
+    """Descend to a stable equilibrium with fixed clamps: Newton, made a descent where H is indefinite.
+
+    Raises
+    ------
+    SolverError
+        If no minimum is found in `most` steps.
+    """
+    rod, free = problem.rod, problem.rod.free
+    shift = 1.0
+    energy = problem.energy(state)
+    for _ in range(most):
+        _, gradient, hessian = problem.assemble(state)
+        factors = hessian.copy()
+        index = kernels.factor(factors, free.start, free.stop)
+        stable = index == 0
+        while index:
+            shift *= 4.0
+            factors = hessian.copy()
+            factors[: len(gradient), 0] += shift * rod.inertia
+            index = kernels.factor(factors, free.start, free.stop)
+        step = np.zeros(len(gradient) + kernels.WIDTH)
+        step[free] = -gradient[free]
+        kernels.solve(factors, free.start, free.stop, step)
+        increment = step[free]
+        shift = max(1.0, shift / 16.0)
+        size = float(np.abs(increment).max())
+        increment *= min(1.0, 0.1 / size)
+        while True:
+            trial = problem.advance(state, increment, parameter)
+            new = problem.energy(trial)
+            # close to the minimum the energy no longer resolves the step
+            if new <= energy or np.abs(increment).max() < 1e-6:
+                break
+            increment *= 0.5
+        state, energy = trial, new
+        if stable and size < 1e-9:
+            return state
+    raise SolverError(f"no stable equilibrium found within {most} descent steps; use a finer mesh")
+
+
+def _softest(problem: Statics, state: RodState) -> Array:
+    """Unit mode of the lowest eigenvalue of the Hessian over the free unknowns."""
+    free = problem.rod.free
+    band = problem.assemble(state)[2][free].T.copy()
+    for d in range(1, kernels.WIDTH + 1):
+        band[d, band.shape[1] - d :] = 0.0
+    _, vectors = eig_banded(band, lower=True, select="i", select_range=(0, 0))
+    mode = vectors[:, 0]
+    return np.asarray(mode / np.abs(mode).max())
+
+
+def _sheared(rod: Rod, *, breaking: bool) -> RodState | None:
+    """The state reached from planar U+ by shearing; stable if `breaking`, else the symmetric one.
+
+    None if the symmetric state does not exist that far.
+    """
+    problem = Statics(rod, "shear")
+    target = rod.scene.shear
+    state = planar(rod)
+    line = None
+    shear, step = 0.0, np.copysign(0.02, target)
+    try:
+        state, line = equilibrium(problem, state, 0.0)
+    except SolverError:
+        # far from the small-angle guess: descend instead
+        state, line = equilibrium(problem, relax(problem, state, 0.0), 0.0)
+    while shear != target:
+        following = target if abs(target - shear) <= abs(step) else shear + step
+        guess = problem.advance(state, -line.solve(line.slope) * (following - shear), following)
+        try:
+            new, new_line = equilibrium(problem, guess, following, newton=10)
+            jump = float(np.abs(new.x - state.x).max())
+            if jump > 6.0 * abs(step):
+                raise SolverError("a step onto another sheet")
+            if breaking and new_line.index:
+                kick = 0.01 * _softest(problem, new)
+                new = relax(problem, problem.advance(new, kick, following), following)
+                new_line = problem.linearise(new, following)
+        except SolverError:
+            if abs(step) < 1e-4:
+                if breaking:
+                    raise
+                return None
+            step *= 0.5
+            continue
+        state, line, shear = new, new_line, following
+        step = float(np.copysign(min(0.02, 1.5 * abs(step)), target))
+    return state
+
+
+def _images(rod: Rod, state: RodState) -> dict[str, RodState]:
+    """A state and its images under the symmetries, by name."""
+    found = {}
+    for image in (state, mirrored(state), reversed_(state), mirrored(reversed_(state))):
+        found[name(rod, image)] = image
+    return found
+
+
+def stable_states(rod: Rod) -> dict[str, RodState]:
+    """The stable pre-deformed states at alpha = 0 that shearing from the planar one reaches, by name."""
+    states: dict[str, RodState] = {}
+    problem = Statics(rod)
+    plain = _sheared(rod, breaking=False)
+    if plain is not None and problem.linearise(plain, 0.0).index == 0:
+        states.update(_images(rod, plain))
+    if not rod.scene.planar:
+        broken = _sheared(rod, breaking=True)
+        if broken is not None:
+            states.update(_images(rod, broken))
+    states.pop("", None)
+    return states
+
+
+def start_state(rod: Rod) -> RodState:
+    """The stable equilibrium that the scene starts from.
+
+    Raises
+    ------
+    SceneError
+        If the scene's `start` is not a stable equilibrium there; names those that are.
+    SolverError
+        If the pre-deformation fails.
+    """
+    wanted = rod.scene.start
+    if not rod.scene.planar and len(wanted) == 4:
+        # the common case: no need to look at the symmetric state too
+        broken = _sheared(rod, breaking=True)
+        images = _images(rod, broken) if broken is not None else {}
+        if wanted in images:
+            return images[wanted]
+    states = stable_states(rod)
+    if wanted not in states:
+        there = ", ".join(sorted(states)) or "none"
+        raise SceneError(
+            f"Scene.start = {wanted!r}: not a stable equilibrium of the rod at compression = "
+            f"{rod.scene.compression:g}, shear = {rod.scene.shear:g}; the stable ones are: {there}"
+        )
+    return states[wanted]

@@ -1,0 +1,57 @@
+"""The static verbs of the discrete elastic rod."""
+
+from __future__ import annotations
+
+from ribbonfem.continuation import Steps
+from ribbonfem.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.policy import interval
+from ribbonfem.results import Branch, Fold
+from ribbonfem.scene import Scene
+
+from .rod import Rod
+from .states import start_state
+from .statics import Statics
+
+
+def folds(
+    scene: Scene, *, nodes: int = 101, clamp: str = "centred", steps: Steps | None = None
+) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets, in order: two from U+S+, one from U+S- and planar U+.
+
+    Parameters
+    ----------
+    scene: planar or sheared.
+    nodes: N, at least 7; the error falls as N^-2 with the centred clamp and N^-1 with the other.
+    clamp: "centred" or "two-node" (see `der.rod`).
+    steps: continuation step control.
+
+    Raises
+    ------
+    SceneError
+        If the start is not a stable equilibrium.
+    PolicyError, SolverError
+        For a policy value that cannot be; for a continuation that fails.
+    """
+    rod = Rod(scene, nodes, clamp)
+    problem = Statics(rod)
+    return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start_state(rod), scene, steps))
+
+
+def equilibria(
+    scene: Scene,
+    *,
+    nodes: int = 101,
+    clamp: str = "centred",
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span` (rad).
+
+    It ends with the first state of more than `unstable` unstable directions.  Other parameters
+    and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    curve = whole_curve(Statics(rod), start_state(rod), interval("span", span), steps, unstable)
+    policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
+    return curve.as_branch(scene, policy)
