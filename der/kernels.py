@@ -217,12 +217,14 @@ def assemble(x, m1, twist, stiffness, rest, stretch, gradient, hessian, energies
                         hessian[b + 4 + r, s - r] -= mixed
                 for s in range(r + 1):
                     left = (
-                        ee * (tt[r] * u[s] + u[r] * tt[s] + kb[r] * ve[s] + ve[r] * kb[s] + cx * te[r] * te[s])
+                        ee
+                        * (tt[r] * u[s] + u[r] * tt[s] + kb[r] * ve[s] + ve[r] * kb[s] + cx * te[r] * te[s])
                         + b1e[r] * g1e[s]
                         + b2e[r] * g2e[s]
                     )
                     right = (
-                        ff * (tt[r] * w[s] + w[r] * tt[s] + kb[r] * vf[s] + vf[r] * kb[s] + cx * tf[r] * tf[s])
+                        ff
+                        * (tt[r] * w[s] + w[r] * tt[s] + kb[r] * vf[s] + vf[r] * kb[s] + cx * tf[r] * tf[s])
                         + b1f[r] * g1f[s]
                         + b2f[r] * g2f[s]
                         + along * tf[r] * tf[s]
@@ -317,8 +319,32 @@ def multiply(a, first, last, x):
     """Product of the unfactored band's rows and columns first .. last - 1 with x, as a new array."""
     y = np.zeros(x.shape[0])
     for i in range(first, last):
-        y[i] += a[i, 0] * x[i]
+        total = a[i, 0] * x[i]
         for d in range(1, min(WIDTH, last - 1 - i) + 1):
             y[i + d] += a[i, d] * x[i]
-            y[i] += a[i, d] * x[i + d]
+            total += a[i, d] * x[i + d]
+        y[i] += total
     return y
+
+
+@njit(**_options)
+def solve_refined(hessian, factors, first, right):
+    """Solve for right-hand sides (n, k) on rows first .. first + n - 1, with one refinement.
+
+    Pivots may be small, since they are not chosen; the refinement restores the digits.
+    """
+    count, columns = right.shape
+    last = first + count
+    x = np.empty(right.shape)
+    work = np.empty(last + WIDTH)
+    for c in range(columns):
+        work[first:last] = right[:, c]
+        solve(factors, first, last, work)
+        x[:, c] = work[first:last]
+        product = multiply(hessian, first, last, work)
+        for i in range(count):
+            work[first + i] = right[i, c] - product[first + i]
+        solve(factors, first, last, work)
+        for i in range(count):
+            x[i, c] += work[first + i]
+    return x

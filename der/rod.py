@@ -67,9 +67,9 @@ class Rod:
             # Half of a clamped edge belongs to the ribbon and would stretch with it; its
             # neighbour stands in for it, else the stretch alone would converge as 1/N.
             self.stretch[[1, -2]] /= 1.5
-        self.inertia = np.full((self.nodes, 4), self.rest)
-        self.inertia[:, 3] *= ribbon.rotary_inertia
-        self.inertia = self.inertia.ravel()
+        inertia = np.full((self.nodes, 4), self.rest)
+        inertia[:, 3] *= ribbon.rotary_inertia
+        self.inertia: Array = inertia.ravel()
 
     @property
     def free(self) -> slice:

@@ -57,12 +57,19 @@ def reversed_(state: RodState) -> RodState:
 
 
 def name(rod: Rod, state: RodState) -> str:
-    """The name of a state at alpha = 0 by the signs of z(1/2) and of x(1/2) - (L - dL)/2."""
-    position, _ = rod.middle(state.x)
+    """The name of a state at alpha = 0 by the signs of z(1/2) and of x(1/2) - (L - dL)/2.
+
+    Both vanish in the states S+ and S-, which are their own reversals: S+ is the one that U+S+
+    (and U-S-) becomes, with the midpoint leaning down, t_z < 0.
+    """
+    position, tangent = rod.middle(state.x)
     slip = float(position[0]) - 0.5 * (1.0 - rod.scene.compression)
     u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
-    s = "" if abs(slip) < _FLAT else "S+" if slip > 0.0 else "S-"
-    return u + s
+    if abs(slip) > _FLAT:
+        return u + ("S+" if slip > 0.0 else "S-")
+    if u or abs(tangent[2]) < _FLAT:
+        return u
+    return "S+" if tangent[2] < 0.0 else "S-"
 
 
 def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 400) -> RodState:
@@ -137,20 +144,21 @@ def _sheared(rod: Rod, *, breaking: bool) -> RodState | None:
         guess = problem.advance(state, -line.solve(line.slope) * (following - shear), following)
         try:
             new, new_line = equilibrium(problem, guess, following, newton=10)
-            jump = float(np.abs(new.x - state.x).max())
-            if jump > 6.0 * abs(step):
+            # the symmetric state must be followed; of stable ones any will do
+            if not breaking and np.abs(new.x - state.x).max() > 6.0 * abs(step):
                 raise SolverError("a step onto another sheet")
-            if breaking and new_line.index:
-                kick = 0.01 * _softest(problem, new)
-                new = relax(problem, problem.advance(new, kick, following), following)
-                new_line = problem.linearise(new, following)
         except SolverError:
-            if abs(step) < 1e-4:
-                if breaking:
-                    raise
+            if abs(step) > 1e-4:
+                step *= 0.5
+                continue
+            if not breaking:
                 return None
-            step *= 0.5
-            continue
+            new = relax(problem, guess, following)
+            new_line = problem.linearise(new, following)
+        if breaking and new_line.index:
+            kick = 0.01 * _softest(problem, new)
+            new = relax(problem, problem.advance(new, kick, following), following)
+            new_line = problem.linearise(new, following)
         state, line, shear = new, new_line, following
         step = float(np.copysign(min(0.02, 1.5 * abs(step)), target))
     return state

@@ -87,7 +87,16 @@ class Statics:
         hessian = np.empty((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1))
         energies = np.empty(3)
         kernels.assemble(
-            state.x, state.m1, state.twist, rod.stiffness, rod.rest, rod.stretch, gradient, hessian, energies, second
+            state.x,
+            state.m1,
+            state.twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            gradient,
+            hessian,
+            energies,
+            second,
         )
         return energies, gradient, hessian
 
@@ -106,19 +115,9 @@ class Statics:
 
         def solve(right: Array) -> Array:
             columns = right.reshape(len(right), -1)
-            x = np.empty(columns.shape)
-            work = np.zeros(size + kernels.WIDTH)
-            for c in range(columns.shape[1]):
-                work[free] = columns[:, c]
-                kernels.solve(factors, free.start, free.stop, work)
-                once = work[free].copy()
-                # one refinement: pivots may be small, since they are not chosen
-                padded = np.zeros(size)
-                padded[free] = once
-                work[free] = columns[:, c] - kernels.multiply(hessian, free.start, free.stop, padded)[free]
-                kernels.solve(factors, free.start, free.stop, work)
-                x[:, c] = once + work[free]
-            return x.reshape(right.shape)
+            return np.asarray(kernels.solve_refined(hessian, factors, free.start, columns)).reshape(
+                right.shape
+            )
 
         return Linearisation(gradient[free], slope, solve, index)
 

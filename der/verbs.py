@@ -34,7 +34,9 @@ def folds(
     """
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)
-    return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start_state(rod), scene, steps))
+    return tuple(
+        as_fold(problem, event.point) for event in ramp_folds(problem, start_state(rod), scene, steps)
+    )
 
 
 def equilibria(

@@ -110,9 +110,7 @@ def closed_form_branch(span: tuple[float, float], points: int = 400) -> ClosedFo
         raise ValueError(f"span = {span!r}: must contain 0 inside")
     marks = [_load_at(-span[0]), EULER**2, ODD**2, NEXT_EVEN**2]
     # the singular loads themselves are left out: both shares of the stretch are infinite there
-    load = np.concatenate(
-        [np.linspace(a, b, points // 3 + 2)[1:-1] for a, b in itertools.pairwise(marks)]
-    )
+    load = np.concatenate([np.linspace(a, b, points // 3 + 2)[1:-1] for a, b in itertools.pairwise(marks)])
     load = np.concatenate((marks[:1], load))
     sigma = np.sqrt(load + 0j)
     even, odd = _even_and_odd(sigma)

@@ -45,7 +45,7 @@ class Curve:
 def as_fold(problem: Problem[State], point: Point[State]) -> Fold:
     """The angle, height and load of a point."""
     height, _, load = problem.observe(point.state, point.parameter)
-    return Fold(point.parameter, height, load)
+    return Fold(float(point.parameter), float(height), float(load))
 
 
 def whole_curve(

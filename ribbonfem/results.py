@@ -45,7 +45,7 @@ class Fold:
     load: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Branch:
     """A connected curve of equilibria, one row a point, in the order of the curve.
 
@@ -74,8 +74,14 @@ class Branch:
     def __len__(self) -> int:
         return len(self.angle)
 
+    def __repr__(self) -> str:
+        return (
+            f"Branch({len(self)} points, alpha {self.angle.min():.4g} .. {self.angle.max():.4g} rad, "
+            f"{len(self.folds)} folds, policy={dict(self.policy)})"
+        )
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class History:
     """A motion, one row an accepted step.
 
@@ -104,6 +110,12 @@ class History:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        return (
+            f"History({len(self)} rows, {self.time[-1]:.4g} s, alpha {self.angle[0]:.4g} .. "
+            f"{self.angle[-1]:.4g} rad, policy={dict(self.policy)})"
+        )
 
     def crossing(self, quantity: str = "height", level: float = 0.0) -> tuple[float, float] | None:
         """Time and angle at which "height" or "slope" first crosses `level`.

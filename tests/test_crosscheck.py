@@ -1,0 +1,76 @@
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from compare import crosscheck
+from compare.report import Section, Table, write_section
+
+
+@pytest.fixture(scope="module")
+def section(tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    made = crosscheck.main(out=out, compressions=(0.05, 0.4), elements=32, nodes=41)
+    return made, write_section(made, out)
+
+
+def test_every_model_is_near_the_closed_form(section):
+    records = section[0].values["folds"]
+    assert {r["model"] for r in records} >= {"closed form", "beam FEM", "elastica FEM", "DER", "DER, limit"}
+    for record in records:
+        if record["model"] == "beam FEM":
+            assert abs(record["sigma_error"]) < 4e-6
+        # the curves collapse in mu, to 0.5 %
+        assert abs(record["mu_error"]) < 5e-3
+    limits = {(r["compression"], r["model"]): r["angle"] for r in records}
+    for compression in (0.05, 0.4):
+        assert abs(limits[compression, "DER, limit"] - limits[compression, "elastica FEM, EA"]) < 5e-6
+
+
+def test_report_is_self_contained(section):
+    text = section[1].read_text()
+    assert "data:image/png;base64," in text
+    assert 'src="crosscheck' not in text
+    assert "closed form" in text
+    json.dumps(section[0].values)
+
+
+def test_sections_add_up(tmp_path):
+    table = Table("t", ["a", "b"], [["x", 1.5], ["y", None]], ["s", ".2f"])
+    write_section(Section("crosscheck", "First", ["one"], [table]), tmp_path)
+    report = write_section(Section("delay", "Second", ["two <3"], []), tmp_path).read_text()
+    assert report.index("First") < report.index("Second")
+    assert "two &lt;3" in report
+    assert "<td>–</td>" in report
+
+
+def test_command_line_help_is_light():
+    begin = time.process_time()
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "compare", "--help"], capture_output=True, text=True
+    )
+    assert done.returncode == 0
+    assert "crosscheck" in done.stdout
+    for heavy in ("numpy", "scipy", "numba", "skfem", "matplotlib", "rich"):
+        assert f" {heavy}\n" not in done.stderr, f"{heavy} is imported on the way to --help"
+    assert time.process_time() - begin < 5.0
+
+
+def test_command_line_json_and_errors(tmp_path):
+    command = [sys.executable, "-m", "compare", "crosscheck", "--out", str(tmp_path), "--json"]
+    done = subprocess.run(
+        [*command, "--compressions", "0.3", "--elements", "16", "--nodes", "21"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    values = json.loads(done.stdout)
+    assert np.isclose(values["closed_form"]["sigma"], 7.5864, atol=1e-4)
+    assert (tmp_path / "report.html").exists()
+    failed = subprocess.run([*command, "--compressions", "1.5"], capture_output=True, text=True)
+    assert failed.returncode == 1
+    assert "compression" in failed.stderr
+    assert "Traceback" not in failed.stderr
