@@ -7,6 +7,7 @@ Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node").  Paper, section 3.2;
 statement of the problem and generic mathematics with `ribbonfem`, and no mechanics.
 """
 
+from .motion import simulate
 from .verbs import equilibria, folds
 
-__all__ = ["equilibria", "folds"]
+__all__ = ["equilibria", "folds", "simulate"]

@@ -22,6 +22,7 @@ file.
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
@@ -58,62 +59,93 @@ def _row(array, i):
 
 
 @njit(**_options)
-def transport(x_old, m1_old, twist_old, x, turn, m1, twist):
-    """Carry the directors from one configuration to another.
+def edges(x, tangent, inverse):
+    """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
+    for i in range(tangent.shape[0]):
+        e = _sum(_row(x, i + 1), 1.0, _row(x, i), -1.0)
+        length = 1.0 / math.sqrt(_dot(e, e))
+        inverse[i] = length
+        tangent[i, 0], tangent[i, 1], tangent[i, 2] = e[0] * length, e[1] * length, e[2] * length
+
+
+@njit(**_options)
+def _turned(m, t, angle):
+    """m, normal to t, turned about t."""
+    square = angle * angle
+    if square < 2.5e-3:
+        # series to rounding: an angle of a step is small, and the library's functions are not cheap
+        c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)))
+        s = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0))))
+    else:
+        c, s = math.cos(angle), math.sin(angle)
+    return _sum(m, c, _cross(t, m), s)
+
+
+@njit(**_options)
+def _angle_of(y, x):
+    """atan2(y, x), by its series where y is small."""
+    if x > 0.0 and abs(y) < 0.1 * x:
+        z = y / x
+        w = z * z
+        series = 1.0 / 9.0 - w * (1.0 / 11.0 - w * (1.0 / 13.0))
+        return z * (1.0 - w * (1.0 / 3.0 - w * (1.0 / 5.0 - w * (1.0 / 7.0 - w * series))))
+    return math.atan2(y, x)
+
+
+@njit(**_options)
+def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
+    """Carry the directors from one configuration's tangents to another's.
 
     Each m1 is transported parallel from the old tangent of its edge to the new one and then
     turned by `turn` (N,) about it; the twist is measured anew and kept on the turn nearest to
     the old one.  Writes m1 and twist; they may be the old arrays.
     """
-    edges = m1.shape[0]
     before = (0.0, 0.0, 0.0)
     director = (0.0, 0.0, 0.0)
-    for i in range(edges):
-        old = _sum(_row(x_old, i + 1), 1.0, _row(x_old, i), -1.0)
-        old = _sum(old, 1.0 / math.sqrt(_dot(old, old)), old, 0.0)
-        new = _sum(_row(x, i + 1), 1.0, _row(x, i), -1.0)
-        new = _sum(new, 1.0 / math.sqrt(_dot(new, new)), new, 0.0)
+    for i in range(m1.shape[0]):
+        old, new = _row(tangent_old, i), _row(tangent, i)
         m = _row(m1_old, i)
         m = _sum(m, 1.0, _sum(old, 1.0, new, 1.0), -_dot(m, new) / (1.0 + _dot(old, new)))
-        m = _sum(m, math.cos(turn[i]), _cross(new, m), math.sin(turn[i]))
+        m = _turned(m, new, turn[i])
+        # back onto the normal plane and to unit length: a Newton step, since it is off by rounding
         m = _sum(m, 1.0, new, -_dot(m, new))
-        m = _sum(m, 1.0 / math.sqrt(_dot(m, m)), m, 0.0)
+        m = _sum(m, 1.5 - 0.5 * _dot(m, m), m, 0.0)
         if i > 0:
             # m1 of the edge before, transported in space onto this edge
-            moved = _sum(
-                director, 1.0, _sum(before, 1.0, new, 1.0), -_dot(director, new) / (1.0 + _dot(before, new))
-            )
-            angle = math.atan2(-_dot(moved, _cross(new, m)), _dot(moved, m))
-            twist[i] = angle + 2.0 * math.pi * round((twist_old[i] - angle) / (2.0 * math.pi))
+            both = _sum(before, 1.0, new, 1.0)
+            moved = _sum(director, 1.0, both, -_dot(director, new) / (1.0 + _dot(before, new)))
+            angle = _angle_of(-_dot(moved, _cross(new, m)), _dot(moved, m))
+            off = twist_old[i] - angle
+            if abs(off) > math.pi:
+                angle += 2.0 * math.pi * round(off / (2.0 * math.pi))
+            twist[i] = angle
         m1[i, 0], m1[i, 1], m1[i, 2] = m
         before, director = new, m
 
 
 @njit(**_options)
-def assemble(x, m1, twist, stiffness, rest, stretch, gradient, hessian, energies, second):
-    """Energy and its first and second derivatives at a configuration.
+def assemble(
+    tangent, inverse, m1, twist, stiffness, rest, stretch, gradient, hessian, energies, second, nodes
+):
+    """Energy and its first and second derivatives, from the edges and directors of a configuration.
 
     Writes gradient (4 N,), hessian (4 N + 10, 11) with hessian[i, d] = H[i + d, i], and
     energies (3,): stretching, bending, twisting.  The Hessian is the symmetric part of the
     derivative of the gradient; what is left out is the holonomy of the frames times dE/dtheta,
-    which vanishes in equilibrium.  Without `second` the Hessian is not touched.
+    which vanishes in equilibrium.  Without `second` the Hessian is not touched.  Only the terms
+    of the first `nodes` nodes are summed: 4 suffice for the reaction of the left clamp.
     """
-    nodes = x.shape[0]
-    gradient[:] = 0.0
+    gradient[: 4 * nodes] = 0.0
     if second:
         hessian[:] = 0.0
     bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
     stretching = bending = twisting = 0.0
 
-    e = _sum(_row(x, 1), 1.0, _row(x, 0), -1.0)
-    ie = 1.0 / math.sqrt(_dot(e, e))
-    te = (e[0] * ie, e[1] * ie, e[2] * ie)
+    te, ie = _row(tangent, 0), inverse[0]
     m1e = _row(m1, 0)
     m2e = _cross(te, m1e)
     for i in range(1, nodes - 1):
-        f = _sum(_row(x, i + 1), 1.0, _row(x, i), -1.0)
-        i_f = 1.0 / math.sqrt(_dot(f, f))
-        tf = (f[0] * i_f, f[1] * i_f, f[2] * i_f)
+        tf, i_f = _row(tangent, i), inverse[i]
         m1f = _row(m1, i)
         m2f = _cross(tf, m1f)
         chi = 1.0 + _dot(te, tf)
@@ -308,10 +340,12 @@ def solve(a, first, last, x):
     for i in range(last, last + WIDTH):
         x[i] = 0.0
     for i in range(last - 1, first - 1, -1):
-        value = x[i] * a[i, 0]
-        for d in range(1, WIDTH + 1):
-            value -= a[i, d] * x[i + d]
-        x[i] = value
+        # four sums side by side: one would wait ten times for the one before
+        one = a[i, 1] * x[i + 1] + a[i, 5] * x[i + 5] + a[i, 9] * x[i + 9]
+        two = a[i, 2] * x[i + 2] + a[i, 6] * x[i + 6] + a[i, 10] * x[i + 10]
+        three = a[i, 3] * x[i + 3] + a[i, 7] * x[i + 7]
+        four = a[i, 4] * x[i + 4] + a[i, 8] * x[i + 8]
+        x[i] = x[i] * a[i, 0] - ((two + three) + four) - one
 
 
 @njit(**_options)
@@ -348,3 +382,528 @@ def solve_refined(hessian, factors, first, right):
         for i in range(count):
             x[i, c] += work[first + i]
     return x
+
+
+# ---------------------------------------------------------------------------------------------
+# motion
+
+IMPLICIT_EULER, NEWMARK, GENERALISED_ALPHA, MIDPOINT, DISCRETE_GRADIENT, TR_BDF2, VERLET = range(7)
+DONE, FULL, STUCK, BLOWN = range(4)
+
+# what `clock` holds between calls of `run`
+(
+    TIME,
+    STEP,
+    DISSIPATED,
+    WORK,
+    POWER,
+    STEPS,
+    ITERATIONS,
+    REJECTED,
+    ROW,
+    SINCE,
+    ASSEMBLIES,
+    FACTORED,
+    START,
+    EFFORT,
+) = range(14)
+CLOCK_SIZE = 14
+# see `run`: lengths per t* below which the error allowed in a step shrinks with the speed, over 1
+CREEP = 0.1
+
+# columns of `rows`
+ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
+ROW_SIZE = 8
+
+Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
+# rate, stop (rad, along the rate), end (time), nu; all in units of t*
+Ramp = namedtuple("Ramp", "rate stop end damping")
+# method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius
+Policy = namedtuple("Policy", "method step tolerance newton largest smallest radius")
+# the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
+# variable of generalised-alpha and the mean velocity of midpoint's last step; frames
+Motion = namedtuple("Motion", "x v a aux tangent m1 twist clock")
+# arrays that a step overwrites
+Scratch = namedtuple(
+    "Scratch",
+    "x tangent inverse m1 twist dq dq1 v v1 b gradient gradient1 hessian factors right energies turn",
+)
+
+
+@njit(**_options)
+def _place(rod, angle, x0, dq):
+    """Increments of the left clamp's two nodes to an angle."""
+    for i in range(2):
+        for c, direction in enumerate((math.cos(angle), 0.0, -math.sin(angle))):
+            dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
+
+
+@njit(**_options)
+def _configure(motion, s, dq):
+    """The configuration s.x and its edges and frames at increments dq from the start of the step."""
+    nodes = motion.x.shape[0]
+    for i in range(nodes):
+        for c in range(3):
+            s.x[i, c] = motion.x[i, c] + dq[4 * i + c]
+        s.turn[i] = dq[4 * i + 3]
+    edges(s.x, s.tangent, s.inverse)
+    carry(motion.tangent, motion.m1, motion.twist, s.tangent, s.turn, s.m1, s.twist)
+
+
+@njit(**_options)
+def _newton(rod, motion, s, dq, c, b, policy):
+    """Solve M (c dq - b) + F(q0 + dq) = 0 for the free increments, from the guess in dq.
+
+    Returns the iterations, negative if they did not converge.  A factorisation is kept from one
+    iteration to the next, and from one step to the next while c stays, as long as the updates
+    fall to a tenth each time: most of the cost is in making it.
+    """
+    nodes = motion.x.shape[0]
+    first, last = FIRST, 4 * nodes - 8
+    before = 0.0
+    fresh = motion.clock[FACTORED] != c
+    made = 0
+    for iteration in range(1, 31):
+        _configure(motion, s, dq)
+        assemble(
+            s.tangent,
+            s.inverse,
+            s.m1,
+            s.twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            s.gradient,
+            s.factors,
+            s.energies,
+            fresh,
+            nodes,
+        )
+        if fresh:
+            motion.clock[ASSEMBLIES] += 1
+            motion.clock[FACTORED] = c
+            made += 1
+            for i in range(first, last):
+                s.factors[i, 0] += c * rod.inertia[i]
+            factor(s.factors, first, last)
+        for i in range(first, last):
+            s.right[i] = rod.inertia[i] * (b[i] - c * dq[i]) - s.gradient[i]
+        solve(s.factors, first, last, s.right)
+        size = 0.0
+        for i in range(first, last):
+            # an angle counts as a tenth of a length: the half width of the ribbon
+            size = max(size, abs(s.right[i]) if i % 4 != 3 else 0.1 * abs(s.right[i]))
+        if not fresh and (not size < 0.5 or (iteration > 1 and size > before)):
+            # the old factors are no good here: take no step with them
+            fresh = True
+            continue
+        # NaN fails this comparison too
+        if not size < 0.5 or made > 15:
+            motion.clock[FACTORED] = 0.0
+            return -iteration
+        for i in range(first, last):
+            dq[i] += s.right[i]
+        if size < policy.newton:
+            return iteration
+        fresh = iteration > 1 and size > 0.1 * before
+        before = size
+    motion.clock[FACTORED] = 0.0
+    return -30
+
+
+@njit(**_options)
+def _newton_gradient(rod, motion, s, dq, c, b, policy):
+    """As `_newton`, with F replaced by its mean along the straight path from q0 to q0 + dq.
+
+    Three Gauss points: the discrete gradient then balances the energy to the sixth power of
+    the increment.
+    """
+    nodes = motion.x.shape[0]
+    first, last = FIRST, 4 * nodes - 8
+    for iteration in range(1, 16):
+        s.hessian[:] = 0.0
+        s.gradient1[:] = 0.0
+        for k in range(3):
+            point = 0.5 + 0.3872983346207417 * (k - 1)
+            weight = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)[k]
+            for i in range(4 * nodes):
+                s.v1[i] = point * dq[i]
+            _configure(motion, s, s.v1)
+            assemble(
+                s.tangent,
+                s.inverse,
+                s.m1,
+                s.twist,
+                rod.stiffness,
+                rod.rest,
+                rod.stretch,
+                s.gradient,
+                s.factors,
+                s.energies,
+                True,
+                nodes,
+            )
+            for i in range(4 * nodes):
+                s.gradient1[i] += weight * s.gradient[i]
+                for d in range(WIDTH + 1):
+                    s.hessian[i, d] += weight * point * s.factors[i, d]
+        motion.clock[ASSEMBLIES] += 3
+        for i in range(first, last):
+            s.hessian[i, 0] += c * rod.inertia[i]
+            s.right[i] = rod.inertia[i] * (b[i] - c * dq[i]) - s.gradient1[i]
+        factor(s.hessian, first, last)
+        solve(s.hessian, first, last, s.right)
+        size = 0.0
+        for i in range(first, last):
+            dq[i] += s.right[i]
+            size = max(size, abs(s.right[i]) if i % 4 != 3 else 0.1 * abs(s.right[i]))
+        if not size < 0.5:
+            return -iteration
+        if size < policy.newton:
+            return iteration
+    return -15
+
+
+@njit(**_options)
+def _largest(values, first, last):
+    """Largest component of the positions among interleaved values."""
+    size = 0.0
+    for i in range(first, last):
+        if i % 4 != 3:
+            size = max(size, abs(values[i]))
+    return size
+
+
+@njit(**_options)
+def _angle(ramp, time):
+    """Clamp angle at a time; exactly `stop` from the kink on."""
+    turned = abs(ramp.rate) * time
+    return math.copysign(min(turned, abs(ramp.stop)), ramp.rate)
+
+
+@njit(**_options)
+def _attempt(rod, motion, s, ramp, policy, h):
+    """One step of size h from `motion`: increments in s.dq, velocities in s.v.
+
+    Returns (iterations, local error of the positions); negative iterations mean failure.
+    """
+    nodes = motion.x.shape[0]
+    first, last = FIRST, 4 * nodes - 8
+    nu, time = ramp.damping, motion.clock[TIME]
+    v0, a0, aux = motion.v, motion.a, motion.aux
+    method = policy.method
+    error = 0.0
+    if method == VERLET:
+        # kicks with the damping taken implicitly at the end: second order, and stable in nu
+        for i in range(first, last):
+            s.v[i] = v0[i] + 0.5 * h * a0[i]
+            s.dq[i] = h * s.v[i]
+        _place(rod, _angle(ramp, time + h), motion.x, s.dq)
+        if not _largest(s.dq, first, last) < 0.5:
+            return -1, error
+        _configure(motion, s, s.dq)
+        assemble(
+            s.tangent,
+            s.inverse,
+            s.m1,
+            s.twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            s.gradient,
+            s.factors,
+            s.energies,
+            False,
+            nodes,
+        )
+        for i in range(first, last):
+            s.v[i] = (s.v[i] - 0.5 * h * s.gradient[i] / rod.inertia[i]) / (1.0 + 0.5 * h * nu)
+        return 1, error
+
+    if method == TR_BDF2:
+        gamma = 2.0 - math.sqrt(2.0)
+        d = 0.5 * gamma
+        dh = d * h
+        c = 1.0 / (dh * dh) + nu / dh
+        for i in range(first, last):
+            s.b[i] = 2.0 * v0[i] / dh + a0[i] + nu * v0[i]
+            s.dq[i] = 2.0 * dh * (v0[i] + dh * a0[i])
+        _place(rod, _angle(ramp, time + gamma * h), motion.x, s.dq)
+        count = _newton(rod, motion, s, s.dq, c, s.b, policy)
+        if count < 0:
+            return count, error
+        p = 1.0 / (gamma * (2.0 - gamma))
+        q = (1.0 - gamma) ** 2 / (gamma * (2.0 - gamma))
+        for i in range(first, last):
+            # velocity at the inner point, and what the second stage knows
+            inner = s.dq[i] / dh - v0[i]
+            s.v1[i] = inner
+            known = p * s.dq[i] / dh
+            s.b[i] = known / dh + (p * inner - q * v0[i]) / dh + nu * known
+            s.dq1[i] = s.dq[i]
+            # the guess goes on with the inner point's velocity
+            s.dq[i] += (1.0 - gamma) * h * inner
+        _place(rod, _angle(ramp, time + h), motion.x, s.dq)
+        more = _newton(rod, motion, s, s.dq, c, s.b, policy)
+        if more < 0:
+            return more - count, error
+        w = 0.25 * math.sqrt(2.0)
+        for i in range(first, last):
+            s.v[i] = (s.dq[i] - p * s.dq1[i]) / dh
+            estimate = h * ((4.0 * w - 1.0) * v0[i] - s.v1[i] + 2.0 * d * s.v[i]) / 3.0
+            if i % 4 != 3:
+                error = max(error, abs(estimate))
+        return count + more, error
+
+    beta, gamma, am, af = 0.25, 0.5, 0.0, 0.0
+    if method == GENERALISED_ALPHA:
+        am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
+        af = policy.radius / (policy.radius + 1.0)
+        gamma = 0.5 - am + af
+        beta = 0.25 * (1.0 - am + af) ** 2
+    if method == IMPLICIT_EULER:
+        c = 1.0 / (h * h) + nu / h
+        for i in range(first, last):
+            s.b[i] = v0[i] / h
+            s.dq[i] = h * (v0[i] + h * a0[i])
+    elif method == MIDPOINT or method == DISCRETE_GRADIENT:
+        c = 2.0 / (h * h) + nu / h
+        for i in range(first, last):
+            s.b[i] = 2.0 * v0[i] / h
+            # the mean velocity of the step before: end velocities ring along the ribbon
+            s.dq[i] = h * aux[i]
+        if method == MIDPOINT:
+            # the unknown of the stage is the half increment
+            c *= 2.0
+            for i in range(first, last):
+                s.dq[i] *= 0.5
+    else:
+        ratio = (1.0 - am) / (1.0 - af)
+        c = ratio / (beta * h * h) + nu * gamma / (beta * h)
+        for i in range(first, last):
+            # a1 = dq / (beta h^2) - old, v1 = known + gamma h a1
+            old = v0[i] / (beta * h) + (0.5 / beta - 1.0) * aux[i]
+            known = v0[i] + h * (1.0 - gamma) * aux[i]
+            s.b[i] = ratio * old - nu * (known - gamma * h * old) - (am * aux[i] - af * a0[i]) / (1.0 - af)
+            s.dq[i] = h * (v0[i] + 0.5 * h * a0[i])
+    inner = 0.5 * h if method == MIDPOINT else h
+    _place(rod, _angle(ramp, time + inner), motion.x, s.dq)
+    if method == DISCRETE_GRADIENT:
+        count = _newton_gradient(rod, motion, s, s.dq, c, s.b, policy)
+    else:
+        count = _newton(rod, motion, s, s.dq, c, s.b, policy)
+    if count < 0:
+        return count, error
+    if method == MIDPOINT:
+        for i in range(first, last):
+            s.dq[i] *= 2.0
+        _place(rod, _angle(ramp, time + h), motion.x, s.dq)
+    # constants of the local error h^3 q''' (implicit Euler: h^2 q'') of each method
+    if method == IMPLICIT_EULER:
+        for i in range(first, last):
+            s.v[i] = s.dq[i] / h
+            if i % 4 != 3:
+                error = max(error, 0.5 * h * abs(s.v[i] - v0[i]))
+    elif method == MIDPOINT or method == DISCRETE_GRADIENT:
+        for i in range(first, last):
+            s.v[i] = 2.0 * s.dq[i] / h - v0[i]
+    else:
+        constant = abs(beta - 1.0 / 6.0 + 0.5 * (am - af))
+        for i in range(first, last):
+            a1 = (s.dq[i] / h - v0[i]) / (beta * h) - (0.5 / beta - 1.0) * aux[i]
+            s.v[i] = v0[i] + h * ((1.0 - gamma) * aux[i] + gamma * a1)
+            if i % 4 != 3:
+                error = max(error, constant * h * h * abs(a1 - aux[i]))
+    return count, error
+
+
+@njit(**_options)
+def _moment(rod, gradient, angle):
+    """Moment (of the clamp on the ribbon, along growing angle) from the reaction of the left nodes."""
+    total = 0.0
+    for i in range(2):
+        total += rod.arclength[i] * (
+            -math.sin(angle) * gradient[4 * i] - math.cos(angle) * gradient[4 * i + 2]
+        )
+    return total
+
+
+@njit(**_options)
+def _accept(rod, motion, s, ramp, policy, h):
+    """Take over the step in s.dq, s.v: frames, accelerations, energies passed on."""
+    nodes = motion.x.shape[0]
+    first, last = FIRST, 4 * nodes - 8
+    clock, nu, method = motion.clock, ramp.damping, policy.method
+    v0, a0, aux = motion.v, motion.a, motion.aux
+    lost = 0.0
+    for i in range(first, last):
+        mean = s.dq[i] / h
+        inner = 1.5 * mean - 0.25 * (v0[i] + s.v[i])
+        lost += rod.inertia[i] * (v0[i] * v0[i] + 4.0 * inner * inner + s.v[i] * s.v[i])
+    clock[DISSIPATED] += nu * h * lost / 6.0
+    _configure(motion, s, s.dq)
+    before, after = _angle(ramp, clock[TIME]), _angle(ramp, clock[TIME] + h)
+    whole = method == VERLET
+    assemble(
+        s.tangent,
+        s.inverse,
+        s.m1,
+        s.twist,
+        rod.stiffness,
+        rod.rest,
+        rod.stretch,
+        s.gradient,
+        s.factors,
+        s.energies,
+        False,
+        nodes if whole else 4,
+    )
+    power = _moment(rod, s.gradient, after)
+    work = 0.5 * (clock[POWER] + power) * (after - before)
+    clock[WORK] += work
+    clock[EFFORT] += abs(work)
+    clock[POWER] = power
+    d = 1.0 - math.sqrt(0.5)
+    p, q = 1.0 / (4.0 * d * (1.0 - d)), (1.0 - 2.0 * d) ** 2 / (4.0 * d * (1.0 - d))
+    am, af = 0.0, 0.0
+    if method == GENERALISED_ALPHA:
+        am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
+        af = policy.radius / (policy.radius + 1.0)
+    gamma = 0.5 - am + af
+    for i in range(first, last):
+        if whole:
+            a1 = -nu * s.v[i] - s.gradient[i] / rod.inertia[i]
+        elif method == TR_BDF2:
+            a1 = (s.v[i] - p * s.v1[i] + q * v0[i]) / (d * h)
+        elif method == IMPLICIT_EULER:
+            a1 = (s.v[i] - v0[i]) / h
+        elif method == MIDPOINT or method == DISCRETE_GRADIENT:
+            a1 = 0.0
+            aux[i] = s.dq[i] / h
+        else:
+            new = (s.v[i] - v0[i] - h * (1.0 - gamma) * aux[i]) / (gamma * h)
+            a1 = ((1.0 - am) * new + am * aux[i] - af * a0[i]) / (1.0 - af)
+            aux[i] = new
+        a0[i] = a1
+        v0[i] = s.v[i]
+    motion.x[:] = s.x
+    motion.tangent[:] = s.tangent
+    motion.m1[:] = s.m1
+    motion.twist[:] = s.twist
+
+
+@njit(**_options)
+def _record(rod, motion, s, ramp, rows, row_x, row_m1):
+    """Write the next row; configurations only if there is room for them.  True if the energy has blown up."""
+    nodes = motion.x.shape[0]
+    clock, row = motion.clock, int(motion.clock[ROW])
+    edges(motion.x, s.tangent, s.inverse)
+    assemble(
+        s.tangent,
+        s.inverse,
+        motion.m1,
+        motion.twist,
+        rod.stiffness,
+        rod.rest,
+        rod.stretch,
+        s.gradient,
+        s.factors,
+        s.energies,
+        False,
+        nodes,
+    )
+    kinetic = 0.0
+    for i in range(FIRST, 4 * nodes - 8):
+        kinetic += 0.5 * rod.inertia[i] * motion.v[i] * motion.v[i]
+    half = (nodes - 1) // 2
+    height, slope = motion.x[half, 2], s.tangent[half, 2]
+    if nodes % 2:
+        both = _sum(_row(s.tangent, half - 1), 1.0, _row(s.tangent, half), 1.0)
+        slope = both[2] / math.sqrt(_dot(both, both))
+    else:
+        x = motion.x
+        height = 0.5625 * (x[half, 2] + x[half + 1, 2]) - 0.0625 * (x[half - 1, 2] + x[half + 2, 2])
+    rows[row, ROW_TIME] = clock[TIME]
+    rows[row, ROW_ANGLE] = _angle(ramp, clock[TIME])
+    rows[row, ROW_HEIGHT] = height
+    rows[row, ROW_SLOPE] = slope
+    rows[row, ROW_KINETIC] = kinetic
+    rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
+    rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
+    rows[row, ROW_WORK] = clock[WORK]
+    if row < row_x.shape[0]:
+        row_x[row] = motion.x
+        row_m1[row] = motion.m1
+    clock[ROW] += 1.0
+    total = kinetic + rows[row, ROW_ELASTIC] + clock[DISSIPATED] - clock[WORK]
+    if clock[STEPS] == 0.0:
+        clock[START] = total
+    # energy from nowhere, as much as all there was: what follows would be no motion of this ribbon
+    return not total - clock[START] <= clock[START] + clock[EFFORT]
+
+
+@njit(**_options)
+def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
+    """Step until the end of the ramp and its hold (DONE), the rows are full (FULL), no step
+    converges (STUCK), or the energy grows from nowhere (BLOWN).
+
+    All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every
+    `every`-th accepted step and the last one make a row.
+    """
+    nodes = motion.x.shape[0]
+    clock = motion.clock
+    kink = abs(ramp.stop / ramp.rate)
+    order = 0.5 if policy.method == IMPLICIT_EULER else 1.0 / 3.0
+    while True:
+        if clock[ROW] >= rows.shape[0]:
+            return FULL
+        time = clock[TIME]
+        target = kink if time < kink else ramp.end
+        h = min(clock[STEP], policy.largest)
+        # half a rad at most: transport of frames needs neighbours
+        h = min(h, 0.5 / abs(ramp.rate)) if time < kink else h
+        landing = time + h * (1.0 + 1e-9) >= target
+        if landing:
+            h = target - time
+        count, error = _attempt(rod, motion, s, ramp, policy, h)
+        clock[ITERATIONS] += abs(count)
+        failed = count < 0
+        if policy.step > 0.0:
+            error = 0.0
+        else:
+            # Errors made while the ribbon creeps towards a fold add up and shift the snap; those
+            # made while it rings do not.  The error allowed shrinks with the speed.
+            speed = _largest(s.v, FIRST, 4 * nodes - 8)
+            error /= min(1.0, max(1e-3, CREEP * speed))
+            if not failed and not error <= policy.tolerance:
+                failed = True
+        if failed:
+            clock[REJECTED] += 1.0
+            if count < 0:
+                h *= 0.5
+            else:
+                h *= max(0.2, 0.9 * (policy.tolerance / error) ** order)
+            clock[STEP] = h
+            if h < policy.smallest:
+                return STUCK
+            continue
+        _accept(rod, motion, s, ramp, policy, h)
+        clock[TIME] = target if landing else time + h
+        clock[STEPS] += 1.0
+        clock[SINCE] += 1.0
+        if policy.step > 0.0:
+            # after a halving the step grows back to the one asked for; a landing does not count
+            clock[STEP] = min(policy.step, 2.0 * clock[STEP])
+        else:
+            growth = 2.5 if error == 0.0 else min(2.5, max(0.2, 0.9 * (policy.tolerance / error) ** order))
+            # a short step onto a kink says nothing of the steps that follow
+            clock[STEP] = max(h * growth, clock[STEP] if landing and growth > 1.0 else 0.0)
+        done = clock[TIME] >= ramp.end
+        if done or clock[SINCE] >= every:
+            clock[SINCE] = 0.0
+            if _record(rod, motion, s, ramp, rows, row_x, row_m1):
+                return BLOWN
+        if done:
+            return DONE
+        if not math.isfinite(motion.v[FIRST]):
+            return STUCK

@@ -74,11 +74,18 @@ class Statics:
         x[-2:] = rod.right(compression, shear)
         moved = RodState(x, np.empty_like(state.m1), state.twist.copy())
         turn = np.ascontiguousarray(step.reshape(-1, 4)[:, 3])
-        kernels.transport(state.x, state.m1, state.twist, x, turn, moved.m1, moved.twist)
+        before, after = self.edges(state.x)[0], self.edges(x)[0]
+        kernels.carry(before, state.m1, state.twist, after, turn, moved.m1, moved.twist)
         # exact values where transport leaves rounding behind
         moved.m1[0] = normal
         moved.m1[-1] = 0.0, 0.0, 1.0
         return moved
+
+    def edges(self, x: Array) -> tuple[Array, Array]:
+        """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
+        tangent, inverse = np.empty((len(x) - 1, 3)), np.empty(len(x) - 1)
+        kernels.edges(x, tangent, inverse)
+        return tangent, inverse
 
     def assemble(self, state: RodState, second: bool = True) -> tuple[Array, Array, Array]:
         """Energies (3,), gradient (4 N,) and Hessian band (4 N + 10, 11) of all unknowns."""
@@ -87,7 +94,7 @@ class Statics:
         hessian = np.empty((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1))
         energies = np.empty(3)
         kernels.assemble(
-            state.x,
+            *self.edges(state.x),
             state.m1,
             state.twist,
             rod.stiffness,
@@ -97,6 +104,7 @@ class Statics:
             hessian,
             energies,
             second,
+            rod.nodes,
         )
         return energies, gradient, hessian
 

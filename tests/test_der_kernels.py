@@ -17,13 +17,23 @@ def crumpled(seed=0):
     m1 = np.cross(t, rng.normal(size=(N - 1, 3)))
     m1 /= np.linalg.norm(m1, axis=1)[:, None]
     twist = np.zeros(N)
-    kernels.transport(x, m1, twist, x, np.zeros(N), m1, twist)
+    carry(x, m1, twist, x, np.zeros(N), m1, twist)
     return x, m1, twist
+
+
+def edges(x):
+    tangent, inverse = np.empty((N - 1, 3)), np.empty(N - 1)
+    kernels.edges(x, tangent, inverse)
+    return tangent, inverse
+
+
+def carry(x_old, m1_old, twist_old, x, turn, m1, twist):
+    kernels.carry(edges(x_old)[0], m1_old, twist_old, edges(x)[0], turn, m1, twist)
 
 
 def assemble(x, m1, twist, second=True):
     gradient, hessian, energies = np.zeros(4 * N), np.zeros((4 * N + 10, 11)), np.zeros(3)
-    kernels.assemble(x, m1, twist, STIFFNESS, REST, STRETCH, gradient, hessian, energies, second)
+    kernels.assemble(*edges(x), m1, twist, STIFFNESS, REST, STRETCH, gradient, hessian, energies, second, N)
     return energies.sum(), gradient, hessian
 
 
@@ -31,7 +41,7 @@ def moved(state, q):
     x, m1, twist = state
     dx, turn = q.reshape(N, 4)[:, :3], np.ascontiguousarray(q.reshape(N, 4)[:, 3])
     new_m1, new_twist = np.empty_like(m1), twist.copy()
-    kernels.transport(x, m1, twist, x + dx, turn, new_m1, new_twist)
+    carry(x, m1, twist, x + dx, turn, new_m1, new_twist)
     return x + dx, new_m1, new_twist
 
 

@@ -1,0 +1,122 @@
+"""The normal form at a fold, its universal curve, and the delay it predicts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ribbonfem import Ribbon, Scene, continuation, delay, elastica, quasilinear
+
+SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
+FREE = 2.338107410459767  # first zero of Ai(-x)
+
+
+def form(model, scene, *policy):
+    problem = model.Statics(scene, *policy)
+    return delay.ramp_normal_forms(problem, problem.start(), scene)[0]
+
+
+def test_universal_curve_limits():
+    assert delay.universal(0.0) == pytest.approx(3.41167179, abs=1e-7)
+    # friction alone: a' = t + a^2 leaves at the first zero of Airy's function
+    assert delay.universal(1e6) / 1e4 == pytest.approx(FREE, rel=1e-7)
+    # the next order is Lambda^(-5/3)
+    off = [delay.universal(x) / x ** (2 / 3) / FREE - 1 for x in (1e2, 1e3)]
+    assert off[0] / off[1] == pytest.approx(10 ** (5 / 3), rel=0.4)
+    assert delay.universal(1e-6) - delay.universal(0.0) == pytest.approx(
+        1e-5 * (delay.universal(0.1) - delay.universal(0.0)), rel=0.02
+    )
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 1.5, 4.0])
+def test_universal_curve_against_plain_integration(damping):
+    """From the slow solution far before the fold to a = 1e6, which is 2.4e-3 before the end."""
+    start = delay._outer(1.0, damping, 30.0)
+
+    def end(t, y):
+        return y[0] - 1e6
+
+    end.terminal = True
+    run = solve_ivp(
+        lambda t, y: (y[1], t + y[0] ** 2 - damping * y[1]),
+        (-30.0, 20.0),
+        start,
+        events=end,
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    assert run.t_events[0][0] + np.sqrt(6e-6) == pytest.approx(delay.universal(damping), abs=2e-7)
+
+
+def test_closed_form_of_the_quasilinear_beam():
+    """c a2 = 137470.385 for the rate of mu in t*; and the finite elements tend to it."""
+    unit = Ribbon().inertial_time
+    closed = delay.quasilinear_normal_form(SCENE)
+    assert closed.product * unit**4 * 0.4**0.5 == pytest.approx(137470.385, abs=1e-3)
+    assert closed.angle == pytest.approx(1.78177604115671 * 0.4**0.5, rel=1e-13)
+    off = [form(quasilinear, SCENE, n).product / closed.product - 1 for n in (16, 32)]
+    assert abs(off[1]) < 2e-5
+    assert np.log2(off[0] / off[1]) == pytest.approx(4.0, abs=0.2)
+
+
+def test_mirror_image():
+    up = form(elastica, SCENE, 16, False)
+    down = form(elastica, replace(SCENE, start="U-", rate=-0.1, stop=None), 16, False)
+    assert down.angle == pytest.approx(-up.angle, abs=1e-9)
+    assert down.product == pytest.approx(-up.product, rel=1e-6)
+    assert delay.predict(down, -0.1, 1.0).angle == pytest.approx(-delay.predict(up, 0.1, 1.0).angle, rel=1e-6)
+    with pytest.raises(ValueError, match="does not meet the fold"):
+        delay.predict(down, 0.1, 1.0)
+    closed = delay.quasilinear_normal_form(replace(SCENE, start="U-"))
+    assert closed.product < 0.0
+
+
+@pytest.mark.parametrize(("model", "policy"), [(quasilinear, (32,)), (elastica, (16, False)), (elastica, (16, True))])
+def test_null_vector_and_frequencies_agree(model, policy):
+    """Two ways to c a2: third derivatives at the fold, and omega^4 along the stable branch."""
+    problem = model.Statics(SCENE, *policy)
+    fold = delay.ramp_normal_forms(problem, problem.start(), SCENE)[0]
+    distances = np.array([1e-3, 5e-4, 2e-4, 1e-4])
+    squares = []
+    for distance in distances:
+        first = continuation.first_point(problem, problem.start(), 0.0, 1.0)
+        *_, last = continuation.trace(problem, first, (-1.0, fold.angle - distance))
+        squares.append(delay.frequency(problem, last.end.state, fold.angle - distance))
+    found = delay.product_from_frequencies(fold.angle - distances, np.array(squares), fold.angle)
+    assert found == pytest.approx(fold.product, rel=2e-3)
+
+
+def test_extensible_elastica_has_the_coefficient_of_rods():
+    """omega^4 of a discrete elastic rod of 51 nodes has the slope 9.65e5 s^-4/rad; its mesh error is 3 %."""
+    assert 4 * form(elastica, SCENE, 16, True).product == pytest.approx(9.65e5, rel=0.03)
+
+
+@pytest.mark.parametrize("model", [quasilinear, elastica])
+@pytest.mark.parametrize(
+    ("damping", "rates", "power"), [(1e-3, (1e-3, 1e-4, 1e-5), 0.2), (1e3, (1e-5, 1e-6, 1e-7), 1 / 3)]
+)
+def test_measured_delay_tends_to_the_predicted(model, damping, rates, power):
+    """Simulated over predicted, at slow rates and extrapolated to none; the fold is that of the same mesh."""
+    policy = (32,) if model is quasilinear else (12, False)
+    fold = form(model, SCENE, *policy)
+    ratio = []
+    for rate in rates:
+        case = replace(SCENE, rate=rate, damping=damping)
+        history = model.simulate(case, elements=policy[0], tolerance=1e-7, until="snap")
+        late = history.crossing("height")[1] - fold.angle
+        ratio.append(late / delay.predict(fold, rate, damping).angle)
+        assert history.stats["steps"] < 8000
+    gaps = np.abs(np.array(ratio) - 1.0)
+    assert gaps[2] < gaps[1] < gaps[0] < 0.1
+    shrink = 10.0**-power
+    limit = ratio[2] + (ratio[2] - ratio[1]) * shrink / (1.0 - shrink)
+    assert limit == pytest.approx(1.0, abs=0.02)
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match="Lambda"):
+        delay.universal(-1.0)
+    with pytest.raises(ValueError, match="at least two"):
+        delay.product_from_frequencies(np.array([1.0]), np.array([1.0]), 1.1)
