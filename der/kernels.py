@@ -439,32 +439,32 @@ def _place(rod, angle, x0, dq):
 
 
 @njit(**_options)
-def _configure(motion, s, dq):
-    """The configuration s.x and its edges and frames at increments dq from the start of the step."""
+def _configure(motion, s, dq, share):
+    """The configuration s.x, its edges and frames, at a share of the increments dq of a step."""
     nodes = motion.x.shape[0]
     for i in range(nodes):
         for c in range(3):
-            s.x[i, c] = motion.x[i, c] + dq[4 * i + c]
-        s.turn[i] = dq[4 * i + 3]
+            s.x[i, c] = motion.x[i, c] + share * dq[4 * i + c]
+        s.turn[i] = share * dq[4 * i + 3]
     edges(s.x, s.tangent, s.inverse)
     carry(motion.tangent, motion.m1, motion.twist, s.tangent, s.turn, s.m1, s.twist)
 
 
 @njit(**_options)
-def _newton(rod, motion, s, dq, c, b, policy):
-    """Solve M (c dq - b) + F(q0 + dq) = 0 for the free increments, from the guess in dq.
+def _evaluate(rod, motion, s, dq, mean, second):
+    """Forces in s.gradient, and with `second` their derivative in dq in s.factors.
 
-    Returns the iterations, negative if they did not converge.  A factorisation is kept from one
-    iteration to the next, and from one step to the next while c stays, as long as the updates
-    fall to a tenth each time: most of the cost is in making it.
+    At the end of the increments dq or, if `mean`, their mean along the straight path to there:
+    three Gauss points balance the energy of a step to the sixth power of the increments.
     """
     nodes = motion.x.shape[0]
-    first, last = FIRST, 4 * nodes - 8
-    before = 0.0
-    fresh = motion.clock[FACTORED] != c
-    made = 0
-    for iteration in range(1, 31):
-        _configure(motion, s, dq)
+    if mean:
+        s.gradient1[:] = 0.0
+        if second:
+            s.hessian[:] = 0.0
+    for k in range(3 if mean else 1):
+        point = 0.5 + 0.3872983346207417 * (k - 1) if mean else 1.0
+        _configure(motion, s, dq, point)
         assemble(
             s.tangent,
             s.inverse,
@@ -476,9 +476,39 @@ def _newton(rod, motion, s, dq, c, b, policy):
             s.gradient,
             s.factors,
             s.energies,
-            fresh,
+            second,
             nodes,
         )
+        if mean:
+            weight = (4.0 if k == 1 else 2.5) / 9.0
+            for i in range(4 * nodes):
+                s.gradient1[i] += weight * s.gradient[i]
+            if second:
+                for i in range(4 * nodes):
+                    for d in range(WIDTH + 1):
+                        s.hessian[i, d] += weight * point * s.factors[i, d]
+    if mean:
+        s.gradient[:] = s.gradient1
+        if second:
+            s.factors[:] = s.hessian
+
+
+@njit(**_options)
+def _newton(rod, motion, s, dq, c, b, policy):
+    """Solve M (c dq - b) + F = 0 for the free increments, from the guess in dq; F as in `_evaluate`.
+
+    Returns the iterations, negative if they did not converge.  A factorisation is kept from one
+    iteration to the next, and from one step to the next while c stays, as long as the updates
+    fall to a tenth each time: most of the cost is in making it.
+    """
+    nodes = motion.x.shape[0]
+    first, last = FIRST, 4 * nodes - 8
+    mean = policy.method == DISCRETE_GRADIENT
+    before = 0.0
+    fresh = motion.clock[FACTORED] != c
+    made = 0
+    for iteration in range(1, 31):
+        _evaluate(rod, motion, s, dq, mean, fresh)
         if fresh:
             motion.clock[ASSEMBLIES] += 1
             motion.clock[FACTORED] = c
@@ -509,59 +539,6 @@ def _newton(rod, motion, s, dq, c, b, policy):
         before = size
     motion.clock[FACTORED] = 0.0
     return -30
-
-
-@njit(**_options)
-def _newton_gradient(rod, motion, s, dq, c, b, policy):
-    """As `_newton`, with F replaced by its mean along the straight path from q0 to q0 + dq.
-
-    Three Gauss points: the discrete gradient then balances the energy to the sixth power of
-    the increment.
-    """
-    nodes = motion.x.shape[0]
-    first, last = FIRST, 4 * nodes - 8
-    for iteration in range(1, 16):
-        s.hessian[:] = 0.0
-        s.gradient1[:] = 0.0
-        for k in range(3):
-            point = 0.5 + 0.3872983346207417 * (k - 1)
-            weight = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)[k]
-            for i in range(4 * nodes):
-                s.v1[i] = point * dq[i]
-            _configure(motion, s, s.v1)
-            assemble(
-                s.tangent,
-                s.inverse,
-                s.m1,
-                s.twist,
-                rod.stiffness,
-                rod.rest,
-                rod.stretch,
-                s.gradient,
-                s.factors,
-                s.energies,
-                True,
-                nodes,
-            )
-            for i in range(4 * nodes):
-                s.gradient1[i] += weight * s.gradient[i]
-                for d in range(WIDTH + 1):
-                    s.hessian[i, d] += weight * point * s.factors[i, d]
-        motion.clock[ASSEMBLIES] += 3
-        for i in range(first, last):
-            s.hessian[i, 0] += c * rod.inertia[i]
-            s.right[i] = rod.inertia[i] * (b[i] - c * dq[i]) - s.gradient1[i]
-        factor(s.hessian, first, last)
-        solve(s.hessian, first, last, s.right)
-        size = 0.0
-        for i in range(first, last):
-            dq[i] += s.right[i]
-            size = max(size, abs(s.right[i]) if i % 4 != 3 else 0.1 * abs(s.right[i]))
-        if not size < 0.5:
-            return -iteration
-        if size < policy.newton:
-            return iteration
-    return -15
 
 
 @njit(**_options)
@@ -601,7 +578,7 @@ def _attempt(rod, motion, s, ramp, policy, h):
         _place(rod, _angle(ramp, time + h), motion.x, s.dq)
         if not _largest(s.dq, first, last) < 0.5:
             return -1, error
-        _configure(motion, s, s.dq)
+        _configure(motion, s, s.dq, 1.0)
         assemble(
             s.tangent,
             s.inverse,
@@ -688,10 +665,7 @@ def _attempt(rod, motion, s, ramp, policy, h):
             s.dq[i] = h * (v0[i] + 0.5 * h * a0[i])
     inner = 0.5 * h if method == MIDPOINT else h
     _place(rod, _angle(ramp, time + inner), motion.x, s.dq)
-    if method == DISCRETE_GRADIENT:
-        count = _newton_gradient(rod, motion, s, s.dq, c, s.b, policy)
-    else:
-        count = _newton(rod, motion, s, s.dq, c, s.b, policy)
+    count = _newton(rod, motion, s, s.dq, c, s.b, policy)
     if count < 0:
         return count, error
     if method == MIDPOINT:
@@ -741,7 +715,7 @@ def _accept(rod, motion, s, ramp, policy, h):
         inner = 1.5 * mean - 0.25 * (v0[i] + s.v[i])
         lost += rod.inertia[i] * (v0[i] * v0[i] + 4.0 * inner * inner + s.v[i] * s.v[i])
     clock[DISSIPATED] += nu * h * lost / 6.0
-    _configure(motion, s, s.dq)
+    _configure(motion, s, s.dq, 1.0)
     before, after = _angle(ramp, clock[TIME]), _angle(ramp, clock[TIME] + h)
     whole = method == VERLET
     assemble(
