@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-_QUESTIONS = ("crosscheck",)
+_QUESTIONS = ("cases", "crosscheck", "delay")
 
 
 def __getattr__(name: str) -> ModuleType:

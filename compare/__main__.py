@@ -17,6 +17,8 @@ from typing import Any
 
 COMMANDS = {
     "crosscheck": "fold of the beam: closed form, finite elements and discrete rods side by side",
+    "delay": "how late the snap comes: measured in every model, predicted without a parameter",
+    "cases": "the paper's named cases of mode skipping and selection",
 }
 
 OUT = Path("ribbonfem-report")

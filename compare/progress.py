@@ -41,10 +41,12 @@ class Progress:
         if self._bars:
             self._bars.stop()
 
-    def __call__(self, title: str, items: Iterable[Item]) -> Iterator[Item]:
-        """Yield the items, one step of a bar each."""
-        items = list(items)
-        task = self._bars.add_task(title, total=len(items)) if self._bars else None
+    def __call__(self, title: str, items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
+        """Yield the items, one step of a bar each; `total` is needed of items without a length."""
+        if total is None:
+            items = list(items)
+            total = len(items)
+        task = self._bars.add_task(title, total=total) if self._bars else None
         for item in items:
             yield item
             if self._bars:

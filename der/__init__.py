@@ -2,12 +2,17 @@
 
     der.folds(scene)        the folds that a very slow ramp meets
     der.equilibria(scene)   the connected curve of equilibria through the start state
+    der.simulate(scene)     the motion while the clamp turns and is held
+    der.normal_forms(scene) the folds' normal forms, from which delays are predicted
+    der.modes               names of shapes, outcomes of runs: skipping and selection
 
-Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node").  Paper, section 3.2; it shares the
-statement of the problem and generic mathematics with `ribbonfem`, and no mechanics.
+Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
+Paper, section 3.2; it shares the statement of the problem and generic mathematics with
+`ribbonfem`, and no mechanics.
 """
 
+from . import modes
 from .motion import simulate
-from .verbs import equilibria, folds
+from .verbs import equilibria, folds, normal_forms
 
-__all__ = ["equilibria", "folds", "simulate"]
+__all__ = ["equilibria", "folds", "modes", "normal_forms", "simulate"]

@@ -6,7 +6,6 @@ import numpy as np
 
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.results import Array
-from ribbonfem.scene import Scene
 
 from . import kernels
 from .rod import Rod, RodState
@@ -139,17 +138,11 @@ class Statics:
         """Positions (N, 3) in L."""
         return state.x
 
-    def mass(self) -> Array:
-        """Mass (n,) of the free unknowns; the whole ribbon weighs 1."""
-        return self.rod.inertia[self.rod.free]
+    @property
+    def unit(self) -> float:
+        """The inertial time t* in s, in which the whole ribbon weighs 1."""
+        return self.rod.scene.ribbon.inertial_time
 
-
-def slip(state: RodState, rod: Rod) -> float:
-    """S of a state: x(1/2) - (L - dL)/2, positive for S+."""
-    position, _ = rod.middle(state.x)
-    return float(position[0] - 0.5 * (1.0 - rod.scene.compression))
-
-
-def start_side(scene: Scene) -> float:
-    """+1 for a start with z > 0, -1 for z < 0, 0 for the states S+ and S-."""
-    return {"U+": 1.0, "U-": -1.0}.get(scene.start[:2], 0.0)
+    def momentum(self, state: RodState, velocity: Array) -> Array:
+        """M v (n,) of rates (n,) of the free unknowns."""
+        return self.rod.inertia[self.rod.free] * velocity

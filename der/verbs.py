@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ribbonfem.continuation import Steps
 from ribbonfem.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import interval
 from ribbonfem.results import Branch, Fold
 from ribbonfem.scene import Scene
@@ -37,6 +38,17 @@ def folds(
     return tuple(
         as_fold(problem, event.point) for event in ramp_folds(problem, start_state(rod), scene, steps)
     )
+
+
+def normal_forms(
+    scene: Scene, *, nodes: int = 101, clamp: str = "centred", steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds of `folds`: what `ribbonfem.delay.predict` needs.
+
+    Parameters and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    return ramp_normal_forms(Statics(rod), start_state(rod), scene)
 
 
 def equilibria(

@@ -1,0 +1,134 @@
+"""Names of shapes and outcomes of runs: which snaps happened, and which shape was skipped.
+
+The first snap of Path 2 (U+S+ to U+S-) is the instant at which the mid tangent turns through
+horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.
+
+The paper calls a run "type 1 skipping" if the first local minimum of z(alpha) comes before
+alpha_c2, and "type 2" otherwise (section 7.1).  An overdamped z falls without a minimum, and a
+run may be on its way between two shapes just at alpha_c2, so that the rule used here asks for
+what the types mean instead:
+
+* type 1: z passes 0 before alpha_c2, where U+S- still exists: energy carried it over;
+* no skip: z does not, and the ribbon has stayed at U+S-: it came back up from a local minimum
+  with z > 0, or at alpha_c2 it was close to the fold state of U+S- and slow;
+* type 2: neither: the snap came so late that U+S- was gone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ribbonfem.results import Array, Fold, History
+
+# a height (L) this close to the fold state's counts as being there ...
+_NEAR = 0.06
+# ... at a speed below this share of the fastest of the run
+_SLOW = 0.1
+
+
+def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> str:
+    """The name of a configuration: signs of z(1/2) and of x(1/2) - (L - dL)/2.
+
+    Parameters
+    ----------
+    positions: (N, 3) in L, nodes at equal arclength, symmetric about midspan.
+    compression: dL/L.
+    flat: what counts as zero, in L; a vanishing sign leaves its letter out.
+    """
+    half = len(positions) // 2
+    middle = positions[half] if len(positions) % 2 else positions[half - 1 : half + 1].mean(axis=0)
+    slip = float(middle[0]) - 0.5 * (1.0 - compression)
+    u = "" if abs(middle[2]) <= flat else "U+" if middle[2] > 0 else "U-"
+    s = "" if abs(slip) <= flat else "S+" if slip > 0 else "S-"
+    return u + s
+
+
+def name_by_signs(height: float, slope: float) -> str:
+    """The name of a US shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way."""
+    return ("U+" if height > 0.0 else "U-") + ("S-" if height * slope > 0.0 else "S+")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a ramp from U+S+ did.
+
+    Attributes
+    ----------
+    kind: "no skip", "type 1", "type 2"; "first only" if the second snap never came; "none".
+    first, second: (time in s, angle in rad) of the two snaps, or None.
+    minima: (k, 3) time, angle and height of the local minima of z after the first snap.
+    final: name of the last shape.
+    reason: the rule that applied, in words.
+    """
+
+    kind: str
+    first: tuple[float, float] | None
+    second: tuple[float, float] | None
+    minima: Array
+    final: str
+    reason: str
+
+
+def local_minima(time: Array, angle: Array, height: Array) -> Array:
+    """Local minima of a height, (k, 3): time, angle, height, each from the parabola through three rows."""
+    k = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    left, right = time[k] - time[k - 1], time[k + 1] - time[k]
+    down, up = (height[k] - height[k - 1]) / left, (height[k + 1] - height[k]) / right
+    curvature = (up - down) / (left + right)
+    slope = (down * right + up * left) / (left + right)
+    shift = -slope / (2.0 * curvature)
+    where = time[k] + shift
+    return np.column_stack((where, np.interp(where, time, angle), height[k] + slope * shift / 2.0))
+
+
+def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
+    """The outcome of a run that started at U+S+ and turned towards positive angles.
+
+    Parameters
+    ----------
+    history: with its rows.
+    folds: the two folds of the scene on the same mesh, from `der.folds`.
+
+    Raises
+    ------
+    ValueError
+        If the run did not start at U+S+ under a positive rate, or `folds` are not two.
+    """
+    scene = history.scene
+    if scene.start != "U+S+" or scene.rate < 0.0:
+        raise ValueError(
+            f"start = {scene.start!r}, rate = {scene.rate!r}: outcomes are those of U+S+, rate > 0"
+        )
+    if len(folds) != 2:
+        raise ValueError(f"{len(folds)} folds: the two folds of Path 2 are needed")
+    first, second = history.crossing("slope"), history.crossing("height")
+    final = name_by_signs(history.height[-1], history.slope[-1])
+    begin = first[0] if first else np.inf
+    minima = local_minima(history.time, history.angle, history.height)
+    minima = minima[minima[:, 0] > begin]
+
+    def outcome(kind: str, reason: str) -> Outcome:
+        return Outcome(kind, first, second, minima, final, reason)
+
+    if second is None:
+        kind = "none" if first is None else "first only"
+        return outcome(kind, "z never passes 0")
+    if second[1] < folds[1].angle:
+        return outcome("type 1", "z passes 0 before alpha_c2")
+    rebound = (minima[:, 0] < second[0]) & (minima[:, 2] > 0.0)
+    if rebound.any():
+        return outcome("no skip", "z comes back up from a minimum above 0")
+    if first is None or first[0] >= second[0] or history.angle[-1] < folds[1].angle:
+        return outcome("type 2", "no first snap before the second")
+    speed = np.abs(np.gradient(history.height, history.time))
+    before = history.time <= second[0]
+    height, fall, slope = (
+        float(np.interp(folds[1].angle, history.angle[before], values[before]))
+        for values in (history.height, speed, history.slope)
+    )
+    near = abs(height - folds[1].height) < _NEAR and slope > 0.0
+    if near and fall < _SLOW * speed[before].max():
+        return outcome("no skip", "it rests near U+S- when alpha_c2 comes")
+    return outcome("type 2", "z falls past 0 without a stop, after alpha_c2")
