@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import der
 from ribbonfem import Scene, SolverError, elastica, quasilinear
-from ribbonfem.delay import NormalForm, predict, universal
+from ribbonfem.delay import NormalForm, predict
 from ribbonfem.results import History
 
 from .figures import figure, plt, save
@@ -174,8 +175,22 @@ def ratio_limit(cells: list[Cell]) -> float | None:
     return float(np.polynomial.Polynomial.fit(x, y, 2)(0.0))
 
 
+def universal_curve(cells: list[Cell], forms: dict[str, NormalForm]) -> CubicSpline:
+    """ln f against ln Lambda through the values that the cells were predicted with.
+
+    Each of them is an integration of the normal form; a figure needs hundreds.
+    """
+    found = {}
+    for cell in cells:
+        scale = (forms[cell.system].product * cell.rate) ** 0.2
+        found[round(float(np.log(cell.damping_ratio)), 3)] = float(np.log(cell.predicted / cell.rate * scale))
+    points = sorted(found.items())
+    return CubicSpline(*np.array(points).T)
+
+
 def _draw(cells: list[Cell], forms: dict[str, NormalForm], names: tuple[str, ...], path: Path) -> str:
     """The paper's three panels for each system, the predicted curves drawn through the points."""
+    curve = universal_curve(cells, forms)
     fig, axes = figure(3, len(names), width=4.0, height=3.1)
     axes = np.atleast_2d(axes)
     for row, name in enumerate(names):
@@ -185,10 +200,11 @@ def _draw(cells: list[Cell], forms: dict[str, NormalForm], names: tuple[str, ...
         for k, damping in enumerate(sorted({c.damping for c in mine})):
             colour = plt.cm.viridis(k / 6.5)
             group = sorted((c for c in mine if c.damping == damping), key=lambda c: c.rate)
-            rates = np.logspace(np.log10(group[0].rate) - 0.2, np.log10(group[-1].rate) + 0.2, 40)
-            line = [predict(form, float(rate), damping) for rate in rates]
-            angle.loglog(rates, [d.angle for d in line], color=colour, lw=0.9)
-            time.loglog(rates, [d.time for d in line], color=colour, lw=0.9)
+            rates = np.logspace(np.log10(group[0].rate), np.log10(group[-1].rate), 40)
+            tau = (form.product * rates) ** -0.2
+            late = tau * np.exp(curve(np.log(damping * tau)))
+            angle.loglog(rates, rates * late, color=colour, lw=0.9)
+            time.loglog(rates, late, color=colour, lw=0.9)
             found = [(c.rate, c.measured) for c in group if c.measured]
             if found:
                 x, y = np.array(found).T
@@ -196,8 +212,9 @@ def _draw(cells: list[Cell], forms: dict[str, NormalForm], names: tuple[str, ...
                 time.loglog(x, y / x, "o", ms=3.5, mfc="none", color=colour)
                 scale = (form.product * x) ** 0.2
                 collapse.loglog(damping / scale, y / x * scale, "o", ms=3.5, mfc="none", color=colour)
-        span = np.logspace(-4.5, 4.0, 60)
-        collapse.loglog(span, [universal(float(x)) for x in span], "k-", lw=0.9, label="$f(\\Lambda)$")
+        ends = [c.damping_ratio for c in mine]
+        span = np.logspace(np.log10(min(ends)), np.log10(max(ends)), 80)
+        collapse.loglog(span, np.exp(curve(np.log(span))), "k-", lw=0.9, label="$f(\\Lambda)$")
         collapse.loglog(span, 2.33811 * span ** (2 / 3), "k:", lw=0.7, label=r"$2.338\,\Lambda^{2/3}$")
         collapse.set_ylim(1.0, 2e3)
         angle.set(
@@ -267,8 +284,8 @@ def main(
             slow = min((c for c in mine if c.measured), key=lambda c: c.rate, default=None)
             if fitted is None or slow is None or slow.measured is None:
                 continue
-            line = [predict(forms[name], rate, damping).angle for rate in fitted[1:]]
-            theory = float(np.log(line[1] / line[0]) / np.log(fitted[2] / fitted[1]))
+            ends = sorted((c for c in mine if c.rate in fitted[1:]), key=lambda c: c.rate)
+            theory = float(np.log(ends[1].predicted / ends[0].predicted) / np.log(fitted[2] / fitted[1]))
             limit = ratio_limit(mine)
             exponents.append(
                 [name, damping, f"{fitted[1]:.0e} .. {fitted[2]:.0e}", slow.damping_ratio]
@@ -299,8 +316,8 @@ def main(
             + ", ".join(f"{name} {form.product:.5g}" for name, form in forms.items())
             + ".",
             "Exponents of the angle delay tend to 4/5 where inertia rules and to 2/3 where damping does, of "
-            "the time delay to -1/5 and -1/3, but slowly: judge by measured / predicted at the slowest rate and "
-            "its limit.",
+            "the time delay to -1/5 and -1/3, but slowly: judge by measured / predicted at the slowest rate "
+            "and its limit.",
         ],
         tables=[
             Table(
@@ -309,7 +326,7 @@ def main(
                 + ["ratio, slowest", "ratio, limit"],
                 exponents,
                 ["s", "g", "s", ".2e", ".4f", ".4f", "+.4f", ".4f", ".4f"],
-                "Lambda at the slowest rate. predicted: the exponent of the predicted curve over the same rates. "
+                "Lambda at the slowest rate. predicted: exponent of the predicted curve over the same rates. "
                 "of the time: exponent of the time delay. limit: quadratic extrapolation to rate 0.",
             ),
             Table(

@@ -15,15 +15,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from skfem import BilinearForm
 
 from .banded import Arrow
+from .beam_kernels import QUASILINEAR, Tables
 from .closed_form import EULER, ClosedFormBranch, ClosedFormFold, closed_form_branch, closed_form_fold
-from .continuation import PARAMETER_WEIGHT, Linearisation, Steps
+from .continuation import PARAMETER_WEIGHT, Linearisation, Steps, equilibrium
 from .curves import as_fold, ramp_folds, whole_curve
+from .delay import NormalForm, ramp_normal_forms
 from .hermite import hermite_basis
+from .newmark import Control, integrate
 from .policy import interval, whole_number
-from .results import Array, Branch, Fold
+from .results import Array, Branch, Fold, History
 from .scene import Scene
 
 __all__ = [
@@ -33,7 +37,11 @@ __all__ = [
     "closed_form_fold",
     "equilibria",
     "folds",
+    "normal_forms",
+    "simulate",
 ]
+
+TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,7 @@ class Statics:
         self.elements = whole_number("elements", elements, 4)
         self.compression = scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
+        self.unit = scene.ribbon.inertial_time
         basis = hermite_basis(self.elements)
         # dofs run along the beam, (Z, Z') node by node: a half-bandwidth of 3
         self.order = basis.nodal_dofs.T.ravel()
@@ -101,15 +110,22 @@ class Statics:
         # one negative eigenvalue belongs to the multiplier
         return Linearisation(residual, column, arrow.solve, arrow.negative - 1)
 
+    def momentum(self, state: _State, velocity: Array) -> Array:
+        """M v of rates of the free nodal values and of sigma^2, which has no mass."""
+        return np.append(self.mass[self.free, self.free] @ velocity[:-1], 0.0)
+
+    def middle_weights(self) -> tuple[NDArray[np.int64], Array, Array]:
+        """Dofs, and their weights in Z and in Z' at midspan (inside an element, if their number is odd)."""
+        n, h = self.elements, 1.0 / self.elements
+        if n % 2 == 0:
+            return np.array([n, n + 1]), np.array([1.0, 0.0]), np.array([0.0, 1.0])
+        value = np.array([0.5, 0.125 * h, 0.5, -0.125 * h])
+        return np.arange(n - 1, n + 3), value, np.array([-1.5 / h, -0.25, 1.5 / h, -0.25])
+
     def middle(self, z: Array) -> tuple[float, float]:
         """Z and Z' at midspan."""
-        if self.elements % 2 == 0:
-            return float(z[self.elements]), float(z[self.elements + 1])
-        h, (a, da, b, db) = 1.0 / self.elements, z[self.elements - 1 : self.elements + 3]
-        return (
-            float(0.5 * (a + b) + 0.125 * h * (da - db)),
-            float(1.5 * (b - a) / h - 0.25 * (da + db)),
-        )
+        index, value, slope = self.middle_weights()
+        return float(value @ z[index]), float(slope @ z[index])
 
     def observe(self, state: _State, parameter: float) -> tuple[float, float, float]:
         """z(1/2)/L, the z-component of the unit tangent there, and sigma^2."""
@@ -118,18 +134,20 @@ class Statics:
 
     def positions(self, state: _State, parameter: float) -> Array:
         """Nodal positions in L; x is shortened by the slope, so that the end lies at 1 - dL/L."""
-        value, slope = state.z[0::2], state.z[1::2]
+        return self.shapes(state.z[None])[0]
+
+    def shapes(self, z: Array) -> Array:
+        """Positions (rows, nodes, 3) in L of nodal values Z, Z' (rows, 2 nodes)."""
+        value, slope = z[:, 0::2], z[:, 1::2]
         h = 1.0 / self.elements
         rise = np.diff(value)
+        left, right = slope[:, :-1], slope[:, 1:]
         # int Z'^2 over each cubic, exactly
-        square = (
-            1.2 * rise**2 / h
-            - 0.2 * rise * (slope[:-1] + slope[1:])
-            + h / 15 * (2 * slope[:-1] ** 2 - slope[:-1] * slope[1:] + 2 * slope[1:] ** 2)
-        )
-        x = np.linspace(0.0, 1.0, self.elements + 1)
-        x[1:] -= 0.5 * self.compression * np.cumsum(square)
-        return np.column_stack((x, np.zeros_like(x), value * self.compression**0.5))
+        square = 1.2 * rise**2 / h - 0.2 * rise * (left + right)
+        square += h / 15 * (2 * left**2 - left * right + 2 * right**2)
+        x = np.tile(np.linspace(0.0, 1.0, self.elements + 1), (len(z), 1))
+        x[:, 1:] -= 0.5 * self.compression * np.cumsum(square, axis=1)
+        return np.stack((x, np.zeros_like(x), value * self.compression**0.5), axis=2)
 
 
 def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tuple[Fold, ...]:
@@ -151,6 +169,15 @@ def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tu
     return tuple(as_fold(problem, event.point) for event in found)
 
 
+def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements)
+    return ramp_normal_forms(problem, problem.start(), scene)
+
+
 def equilibria(
     scene: Scene,
     *,
@@ -167,3 +194,93 @@ def equilibria(
     problem = Statics(scene, elements)
     curve = whole_curve(problem, problem.start(), interval("span", span), steps, unstable)
     return curve.as_branch(scene, {"elements": elements, "span": span, "unstable": unstable})
+
+
+def tables(problem: Statics) -> Tables:
+    """The beam as arrays for the compiled time loop."""
+    index, value, _ = problem.middle_weights()
+    none = np.zeros((0, 0, 0))
+    count = 2 * problem.elements + 2
+
+    def band(matrix: Any) -> Array:
+        columns = np.zeros((count, 4))
+        for d in range(4):
+            columns[: count - d, d] = matrix.diagonal(-d)
+        return columns
+
+    return Tables(
+        kind=QUASILINEAR,
+        clamp=-(problem.compression**-0.5),
+        middle_dof=index,
+        middle_weight=value,
+        value=none,
+        force=none,
+        dx=np.zeros((0, 0)),
+        bending=none,
+        inertia=none,
+        coupling=none,
+        dofs=np.zeros((0, 0), dtype=np.int64),
+        places=np.zeros((5, 0), dtype=np.int64),
+        compliance=0.0,
+        stiffness=band(problem.stiffness),
+        tension=band(problem.tension),
+        mass=band(problem.mass),
+    )
+
+
+def simulate(
+    scene: Scene,
+    *,
+    elements: int = 32,
+    method: str = "tr-bdf2",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    until: str = "end",
+) -> History:
+    """The motion from rest in the start state, through the ramp and the hold.
+
+    Parameters
+    ----------
+    scene: a planar scene with a `stop`.
+    elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
+    method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    tolerance: of the adaptive step, the local error of positions in L; 1e-5 if neither is given.
+    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    until: "end", or "snap", soon after the height first changes sign.
+
+    Returns
+    -------
+    `History`, with the nodes' "positions" and the "load" sigma^2 as configurations.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a sheared scene, one without `stop`, a policy that cannot be.
+    SolverError
+        If no step converges; what was reached is its `history`.
+    """
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
+    problem = Statics(scene, elements)
+    scene.require_stop()
+    state, _ = equilibrium(problem, problem.start(), 0.0)
+    length = problem.compression**0.5
+    motion = integrate(tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]))
+    index, _, weights = problem.middle_weights()
+    slope = motion.q[:, index] @ weights * length
+    policy = {
+        "elements": elements,
+        "method": method,
+        "step": step,
+        "tolerance": control.tolerance,
+        "spectral_radius": spectral_radius,
+        "until": until,
+    }
+    return motion.as_history(
+        scene,
+        policy,
+        length=length,
+        slope=slope / np.hypot(1.0, slope),
+        positions=problem.shapes(motion.q),
+    )

@@ -172,6 +172,16 @@ def test_no_step_control_changes_a_fold_of_the_ribbon(name, factor):
     assert [p for _, p in found] == pytest.approx([p for _, p in expected], abs=1e-9)
 
 
+@pytest.mark.parametrize("turn", [0.7, 1.4])
+def test_a_step_onto_another_curve_is_noticed_by_the_index_alone(turn):
+    # with the check of the correction out of force, steps past the third fold land on the isola
+    problem, start = named(Scene(compression=0.40, shear=0.40), elements=12, extensible=False)
+    expected = folds_along(problem, start, Steps())
+    found = folds_along(problem, start, Steps(turn=turn, correction=16.0, largest=1.0))
+    assert [kind for kind, _ in found] == ["fold"] * 7
+    assert [p for _, p in found] == pytest.approx([p for _, p in expected], abs=1e-9)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [item.name for item in fields(Steps)])
 @pytest.mark.parametrize(

@@ -57,9 +57,7 @@ def test_nothing_locks():
 def test_small_compression_is_the_quasilinear_beam():
     """mu of the fold differs from the closed form by a share in proportion to dL/L."""
     closed = quasilinear.closed_form_fold().mu
-    off = [
-        elastica.folds(scene(compression=d))[0].angle / d**0.5 / closed - 1 for d in (0.01, 0.005, 0.0025)
-    ]
+    off = [elastica.folds(scene(compression=d))[0].angle / d**0.5 / closed - 1 for d in (0.01, 0.005, 0.0025)]
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.02)
     assert off[1] / off[2] == pytest.approx(2.0, abs=0.01)
     assert abs(off[2]) < 1e-4
@@ -143,9 +141,7 @@ def test_kernel_is_the_readable_form(extensible):
         mass @ (a[i * half : (i + 1) * half] + nu * v[i * half : (i + 1) * half]) + pull[i] for i in (0, 1)
     ]
     grads = [basis.interpolate(field[along]).grad[0] for field in (x, z)]
-    gap = [
-        np.einsum("ekq,eq->ek", mesh.force, (grads[i] - t[i] * (1 + c * n_t)) * mesh.dx) for i in (0, 1)
-    ]
+    gap = [np.einsum("ekq,eq->ek", mesh.force, (grads[i] - t[i] * (1 + c * n_t)) * mesh.dx) for i in (0, 1)]
     residual = np.concatenate((*momentum, moment, np.stack(gap, axis=1).ravel()))
 
     size = 5 * p + 3
@@ -188,7 +184,7 @@ def test_kernel_is_the_readable_form(extensible):
 
 
 def test_an_equilibrium_stays_one():
-    """The folds of the statics are those of the motion: a state at rest is one for the kernel, to rounding."""
+    """The folds of the statics are those of the motion: equilibria are so for the kernel, to rounding."""
     problem = elastica.Statics(scene(), 8, True)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(25), 0.4), 0.4)
     table = elastica.tables(problem)
@@ -281,5 +277,5 @@ def test_refusals():
     ):
         with pytest.raises(PolicyError, match=word):
             elastica.simulate(case, **policy)
-    with pytest.raises(SolverError, match="not stable|no equilibrium|stops|stopped"):
+    with pytest.raises(SolverError, match="stopped at t"):
         elastica.simulate(case, tolerance=1e-30)

@@ -342,6 +342,27 @@ def test_pitchforks_are_where_the_states_change():
         assert kirchhoff.stable_states(scene, elements=20) == expected, shear
 
 
+@pytest.mark.parametrize("compression", [0.2, 0.4])
+def test_shear_curves_meet_at_the_pitchforks(compression):
+    forks = kirchhoff.pitchforks(compression, elements=12)
+    u, us, s = kirchhoff.shear_curves(compression, elements=12)
+    assert [curve.family for curve in (u, us, s)] == ["U", "US", "S"]
+    unstable = u.shear[~u.stable]
+    assert forks.broken < unstable.min()
+    assert unstable.max() < forks.restored
+    assert np.all(np.diff(us.shear) > 0)
+    assert us.shear[[0, -1]] == pytest.approx([forks.broken, forks.merged], abs=1e-6)
+    assert us.stable[1:-1].all()
+    assert np.all(np.diff(np.abs(us.height)) < 0)
+    assert us.height[-1] == pytest.approx(0.0, abs=1e-4)
+    assert s.shear[0] == pytest.approx(forks.merged, abs=1e-9)
+    assert np.all(np.diff(s.shear) > 0)
+    assert np.abs(s.height[1:]).max() < 1e-12
+    # US has less energy than the unbroken U beside it, S less than U
+    assert np.all(np.interp(us.shear[1:], u.shear, u.energy) > us.energy[1:])
+    assert np.all(np.interp(s.shear, u.shear, u.energy)[:-3] > s.energy[:-3])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("compression", [0.2, 0.3, 0.5])
 def test_pitchforks_do_not_depend_on_the_mesh(compression):

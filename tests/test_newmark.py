@@ -24,9 +24,9 @@ def balance(history):
 def test_order_on_the_snap(model, method):
     """The angle at which z changes sign, at three steps: it converges with the method's declared order."""
     angles = [
-        model.simulate(
-            SCENE, elements=SMALL[model], method=method, step=step, until="snap"
-        ).crossing("height")[1]
+        model.simulate(SCENE, elements=SMALL[model], method=method, step=step, until="snap").crossing(
+            "height"
+        )[1]
         for step in (0.01, 0.005, 0.0025)
     ]
     declared = newmark.method_of(method).order
@@ -36,9 +36,15 @@ def test_order_on_the_snap(model, method):
 
 
 @BEAMS
-@pytest.mark.parametrize("method", SECOND_ORDER)
-def test_energy_balance_closes_with_the_order_of_the_method(model, method):
-    """On the way to the fold; what the clamp gives is what the beam has or has lost."""
+@pytest.mark.parametrize(
+    ("method", "quarter"), [("newmark", 7.0), ("generalised-alpha", 6.0), ("tr-bdf2", 3.0)]
+)
+def test_energy_balance_closes_with_the_step(model, method, quarter):
+    """On the way to the fold; what the clamp gives is what the beam has or has lost.
+
+    `quarter` is what a step of a quarter gains at least: 16 at order 2, less where neither the sum
+    of the dissipation nor (but with "newmark") the motion resolves the waves that the kink sends.
+    """
     case = replace(SCENE, stop=0.6, damping=3.0, rate=0.3)
     gaps = []
     for step in (0.01, 0.005, 0.0025):
@@ -47,8 +53,20 @@ def test_energy_balance_closes_with_the_order_of_the_method(model, method):
     assert history.energies["work"][-1] > 1.0
     assert history.energies["dissipated"][-1] > 1e-4
     assert gaps[0] < 1e-4
-    # the kink's high frequencies are not resolved by all of these steps: less than 4 at each halving
-    assert gaps[0] / gaps[2] > 5.0
+    assert gaps[0] / gaps[2] > quarter
+
+
+@BEAMS
+def test_undamped_energy_balance_is_of_order_two(model):
+    """Without damping nothing is left but the trapezoidal rule's own error."""
+    case = replace(SCENE, stop=1.0, damping=0.0)
+    gaps = [
+        np.ptp(balance(model.simulate(case, elements=SMALL[model], method="newmark", step=step)))
+        for step in (0.02, 0.01, 0.005)
+    ]
+    assert gaps[0] < 1e-5
+    assert np.log2(gaps[0] / gaps[1]) == pytest.approx(2.0, abs=0.15)
+    assert np.log2(gaps[1] / gaps[2]) == pytest.approx(2.0, abs=0.15)
 
 
 @BEAMS
@@ -71,13 +89,11 @@ def test_kinks_are_ends_of_steps(model):
     case = replace(SCENE, rate=0.7, stop=0.33, hold=0.2)
     for control in ({"step": 0.03}, {"tolerance": 1e-4}):
         history = model.simulate(case, elements=SMALL[model], **control)
-        (stops,) = np.flatnonzero(history.time == 0.33 / 0.7), 
-        assert history.angle[stops[0]] == 0.33
-        assert np.all(history.angle[stops[0] :] == 0.33)
-        assert history.time[-1] == pytest.approx(0.33 / 0.7 + 0.2, rel=1e-15)
-        assert np.array_equal(history.angle[: stops[0]], 0.7 * history.time[: stops[0]]) or np.allclose(
-            history.angle[: stops[0]], 0.7 * history.time[: stops[0]], rtol=1e-15
-        )
+        first = int(np.flatnonzero(history.angle == 0.33)[0])
+        assert np.all(history.angle[first:] == 0.33)
+        assert history.time[first] == pytest.approx(0.33 / 0.7, rel=1e-14)
+        assert history.time[-1] == pytest.approx(0.33 / 0.7 + 0.2, rel=1e-14)
+        assert np.allclose(history.angle[:first], 0.7 * history.time[:first], rtol=1e-13)
     # 16 steps of the ramp, shortened to fit, and 7 of the hold
     assert len(model.simulate(case, elements=SMALL[model], step=0.03)) == 1 + 16 + 7
 
@@ -104,10 +120,9 @@ def test_range_of_rates_and_damping(model, damping, rate):
     history = model.simulate(case, elements=SMALL[model], tolerance=1e-4, until="snap")
     assert history.stats["steps"] < 600
     assert np.isfinite(history.configurations["positions"]).all()
-    overdamped = damping * rate > 1e2
-    assert (history.crossing("height") is None) == (overdamped or rate * max(damping, 1.0) > 50.0 or None is rate) or (
-        model is quasilinear and rate == 1.0
-    )
+    # too fast a ramp, or too much friction, stops before anything has snapped
+    late = rate == 100.0 or (damping == 1e5 and rate > 1e-5)
+    assert (history.crossing("height") is None) == late
     if rate == 1e-5:
         # snapped within what theory allows of the fold: less than 4 % even at nu = 1e5
         fold = model.folds(case)[0].angle
@@ -131,10 +146,11 @@ def test_undamped_after_a_snap_energy_does_not_grow():
     history = elastica.simulate(case, elements=8, tolerance=1e-4)
     assert history.crossing("height") is not None
     total = history.energies["kinetic"] + history.energies["elastic"]
-    held = total[history.time >= 1.3]
+    held = total[history.angle == 1.3]
     assert len(held) > 1000
-    growth = (held[1:] - np.minimum.accumulate(held)[:-1]).max()
-    assert growth < 1e-4 * held[0]
+    assert held.max() == held[0]
+    # nor by much between any two instants: the local errors of 1e-4 L work against the stiff modes' forces
+    assert (held[1:] - np.minimum.accumulate(held)[:-1]).max() < 1e-2 * held[0]
 
 
 @pytest.mark.slow
@@ -144,12 +160,13 @@ def test_undamped_long_after_a_snap(model, method):
     case = replace(SCENE, rate=1.0, stop=1.35, damping=0.0, hold=20.0)
     history = model.simulate(case, elements=SMALL[model], tolerance=1e-4, method=method)
     total = history.energies["kinetic"] + history.energies["elastic"]
-    held = total[history.time >= 1.35]
+    held = total[history.angle == 1.35]
+    assert held.max() == held[0]
     assert (held[1:] - np.minimum.accumulate(held)[:-1]).max() < 1e-2 * held[0]
 
 
 def test_growing_energy_raises():
-    """Finite garbage is not a result: the trapezoidal rule at a coarse step, undamped, after a snap."""
+    """Finite garbage is not a result: generalised-alpha at a coarse step, undamped, after a snap."""
     case = replace(SCENE, rate=1.0, stop=1.35, damping=0.0, hold=20.0)
     with pytest.raises(SolverError, match="energy has grown") as caught:
         quasilinear.simulate(case, elements=64, step=0.005, method="generalised-alpha")
