@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-_QUESTIONS = ("cases", "crosscheck", "delay")
+_QUESTIONS = ("cases", "crosscheck", "delay", "folds", "speed", "stability")
 
 
 def __getattr__(name: str) -> ModuleType:

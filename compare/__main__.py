@@ -17,7 +17,10 @@ from typing import Any
 
 COMMANDS = {
     "crosscheck": "fold of the beam: closed form, finite elements and discrete rods side by side",
+    "folds": "folds and states of the ribbon at rest: 3D finite elements and discrete rods",
     "delay": "how late the snap comes: measured in every model, predicted without a parameter",
+    "speed": "the time loop of the rods: steps a second, profile",
+    "stability": "hard cases with every method: completed, drift, or the error raised",
     "cases": "the paper's named cases of mode skipping and selection",
 }
 

@@ -20,6 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ribbonfem.continuation import Steps, at_parameter, first_point, trace
 from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
@@ -63,6 +64,7 @@ def simulate(
     newton_tolerance: float = 1e-8,
     every: int = 1,
     configurations: bool = True,
+    until: str = "end",
 ) -> History:
     """Turn the clamp and follow the motion (paper, sections 3.2, 6 and 7).
 
@@ -78,6 +80,9 @@ def simulate(
     newton_tolerance: Newton stops at an update below it (positions in L, a tenth of angles).
     every: record each `every`-th accepted step, and the last.
     configurations: False leaves positions and directors out of the result.
+    until: "decided" ends a held ribbon's run once its energy is below that of every saddle that
+        the curve of equilibria through its start has at `stop`: it cannot leave the state it is
+        in any more.  "end" (the default) goes through the whole hold.
 
     Returns
     -------
@@ -97,6 +102,7 @@ def simulate(
     """
     stop = scene.require_stop()
     choice("method", method, tuple(METHODS))
+    choice("until", until, ("end", "decided"))
     whole_number("every", every, 1)
     flag("configurations", configurations)
     if step is not None and tolerance is not None:
@@ -117,6 +123,7 @@ def simulate(
         float(stop),
         float((stop / scene.rate + scene.hold) / unit),
         float(scene.damping * unit),
+        _lowest_saddle(rod, state, stop) if until == "decided" else -np.inf,
     )
     policy = kernels.Policy(
         METHODS[method],
@@ -137,6 +144,7 @@ def simulate(
         "newton_tolerance": newton,
         "every": every,
         "configurations": configurations,
+        "until": until,
     }
     if method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
@@ -161,6 +169,21 @@ def simulate(
             history,
         )
     return history
+
+
+def _lowest_saddle(rod: Rod, state: RodState, angle: float) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through a state.
+
+    -inf if there is none: nothing is then decided early.
+    """
+    problem = Statics(rod)
+    energies = []
+    for sign in (-1.0, 1.0):
+        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0)):
+            ends = segment.start.parameter - angle, segment.end.parameter - angle
+            if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
+                energies.append(problem.energy(at_parameter(problem, segment, angle, Steps()).state))
+    return min(energies, default=-np.inf)
 
 
 class _Run:

@@ -170,3 +170,16 @@ def test_refusals():
     with pytest.raises(PolicyError, match="spectral_radius"):
         der.simulate(SNAP, spectral_radius=1.5)
     assert "verlet" not in ADAPTIVE
+
+
+@pytest.mark.parametrize(("damping", "final"), [(0.3, "U-S+"), (10.0, "U+S-")])
+def test_decided_runs_end_early_in_the_same_state(damping, final):
+    scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.36, damping=damping, hold=30.0)
+    whole = der.simulate(scene, nodes=31, configurations=False)
+    short = der.simulate(scene, nodes=31, configurations=False, until="decided")
+    assert short.time[-1] < 0.7 * whole.time[-1]
+    rows = len(short)
+    assert np.array_equal(short.height, whole.height[:rows])
+    for history in (whole, short):
+        # decided, but perhaps not at rest: the sign of z is the state's
+        assert der.modes.name_by_signs(history.height[-1], history.slope[-1])[:2] == final[:2]

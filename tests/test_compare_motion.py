@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+from compare import cases, delay, pool, speed, stability
+from ribbonfem import Scene
+
+
+def test_delay_against_theory(tmp_path):
+    section = delay.main(out=tmp_path, systems="beam", dampings=(1e-3, 1e3), decades=2, processes=1)
+    cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
+    assert len(cells) == 18
+    for cell in cells.values():
+        assert cell["measured"] is not None, cell
+    # models that share no mechanics agree on the delay of a slow ramp
+    for damping, rate in ((1e3, -3), (1e-3, -1)):
+        planar, elastica = (cells[name, damping, rate]["measured"] for name in ("DER planar", "elastica"))
+        assert abs(planar / elastica - 1) < 0.02
+    # the overdamped ratio has nearly reached its limit
+    assert abs(cells["elastica", 1e3, -3]["measured"] / cells["elastica", 1e3, -3]["predicted"] - 1) < 0.05
+    assert (tmp_path / "delay-beam.png").exists()
+
+
+def test_ratio_limit_and_slope_of_known_laws():
+    def cell(rate, ratio):
+        predicted = rate**0.8
+        return delay.Cell("x", 1e-3, rate, 1e-3, predicted, ratio * predicted, 0.0)
+
+    group = [cell(rate, 1.0 - 0.3 * rate**0.2 + 0.05 * rate**0.4) for rate in (1e-4, 1e-3, 1e-2)]
+    assert np.isclose(delay.ratio_limit(group), 1.0, atol=1e-9)
+    exponent, low, high = delay.slope_of([cell(rate, 1.0) for rate in (1e-4, 1e-3, 1e-2)])
+    assert np.isclose(exponent, 0.8)
+    assert (low, high) == (1e-4, 1e-2)
+    assert delay.rates_for(1e3, 5)[-1] < delay.rates_for(1.0, 5)[-1]
+
+
+def test_a_case_is_settled_and_a_sensitive_one_would_be_named():
+    case = next(c for c in cases.CASES if c.label.startswith("(0.40, 0.40) nu 10, rate 1"))
+    verdict = cases.settle(case, (31, 51), 1e-4, (1e-2,))
+    assert verdict.outcome == case.paper == "type 2"
+    assert verdict.second is not None
+    limit, uncertainty = verdict.second
+    assert abs(limit - verdict.runs[1].second) < 0.02
+    assert 0 < uncertainty < 5e-3
+    runs = [cases.Run("a", kind, None, None, "", 0.0) for kind in ("type 1", "type 2", "type 2")]
+    assert len({run.outcome for run in runs}) > 1
+
+
+def test_selection_ends_in_the_papers_states():
+    for case in cases.CASES:
+        if case.kind == "selection" and case.scene.damping >= 10.0 and case.scene.rate >= 1.0:
+            run, _ = cases._one(case, "", {"nodes": 31, "tolerance": 1e-4})
+            assert run.outcome == case.paper, (case.label, run)
+
+
+def test_hard_cases_never_wrong():
+    wanted = {"nu 10, step 5 s", "rate 1000", "11 nodes"}
+    for case in (c for c in stability.CASES if c.name in wanted):
+        for column in ("DER tr-bdf2", "DER implicit-euler", "DER midpoint"):
+            verdict = stability.judge(case, column)
+            assert verdict.status != stability.WRONG, verdict
+            assert verdict.status != stability.RAISED or len(verdict.note) > 20
+
+
+def test_parts_of_an_iteration_add_up():
+    parts = speed.parts_of_an_iteration(21)
+    assert parts["forces and Hessian"] > parts["forces"] > 0.0
+    assert speed.reference_kernel() > 0.0
+
+
+def square(x):
+    return x * x
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_pool_keeps_the_order(processes):
+    assert list(pool.in_parallel(square, list(range(7)), processes)) == [0, 1, 4, 9, 16, 25, 36]
+    with pytest.raises(ValueError, match="processes = 0"):
+        next(pool.in_parallel(square, [1, 2], 0))
+
+
+def test_hard_case_durations():
+    case = stability.Hard(
+        "x", Scene(compression=0.4, shear=0.37, start="U+S-", rate=-0.5, stop=-1.0, hold=3.0)
+    )
+    assert case.duration == 5.0

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+import der
+from der.modes import classify, local_minima, name_by_signs, name_shape
+from der.rod import Rod
+from der.states import stable_states
+from ribbonfem import Fold, History, Scene
+
+FOLDS = (Fold(0.16, 0.25, 30.0), Fold(0.45, 0.09, 50.0))
+
+
+def made(angle, height, slope, **scene):
+    angle = np.asarray(angle, dtype=float)
+    return History(
+        time=angle / 0.1,
+        angle=angle,
+        height=np.asarray(height, dtype=float),
+        slope=np.asarray(slope, dtype=float),
+        energies={},
+        configurations={},
+        stats={},
+        scene=Scene(compression=0.40, shear=0.40, rate=0.1, stop=0.6, **scene),
+    )
+
+
+ANGLE = np.linspace(0.0, 0.6, 601)
+
+
+def step(at, width=0.004):
+    return 0.5 * (1 + np.tanh((ANGLE - at) / width))
+
+
+def test_names_agree_with_the_states():
+    rod = Rod(Scene(compression=0.40, shear=0.40), 41)
+    for name, state in stable_states(rod).items():
+        assert name_shape(state.x, 0.40) == name
+        position, tangent = rod.middle(state.x)
+        assert name_by_signs(position[2], tangent[2]) == name
+
+
+def test_local_minima_are_solved_for():
+    time = np.linspace(0.0, 6.0, 40)
+    (minimum,) = local_minima(time, 2 * time, (time - np.pi) ** 2 + 0.25)
+    assert np.allclose(minimum, [np.pi, 2 * np.pi, 0.25])
+
+
+def test_no_skip_by_rebound_and_by_rest():
+    slope = -0.4 + 0.9 * step(0.18)
+    ringing = 0.21 - 0.11 * step(0.18) - 0.3 * step(0.47)
+    ringing = ringing + 0.02 * np.cos(400 * (ANGLE - 0.18)) * np.exp(-20 * np.abs(ANGLE - 0.2)) * (
+        ANGLE > 0.18
+    )
+    assert classify(made(ANGLE, ringing, slope), FOLDS).kind == "no skip"
+    creeping = 0.21 - 0.11 * step(0.18, 0.01) - 0.02 * ANGLE - 0.3 * step(0.47, 0.01)
+    outcome = classify(made(ANGLE, creeping, slope), FOLDS)
+    assert outcome.kind == "no skip"
+    assert "rests" in outcome.reason
+    assert outcome.final == "U-S+"
+
+
+def test_type_1_and_type_2():
+    early = made(ANGLE, 0.21 - 0.4 * step(0.2), -0.4 + 0.9 * step(0.18))
+    assert classify(early, FOLDS).kind == "type 1"
+    # still falling through the fold state's height when alpha_c2 comes
+    late = made(ANGLE, 0.21 - 0.4 * step(0.46, 0.03), -0.4 + 0.9 * step(0.40, 0.03))
+    assert classify(late, FOLDS).kind == "type 2"
+    assert classify(made(ANGLE, 0.2 + 0 * ANGLE, -0.4 + 0 * ANGLE), FOLDS).kind == "none"
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match="start"):
+        classify(made(ANGLE, ANGLE, ANGLE, start="U+S-"), FOLDS)
+    with pytest.raises(ValueError, match="folds"):
+        classify(made(ANGLE, ANGLE, ANGLE), FOLDS[:1])
+
+
+@pytest.mark.parametrize(
+    ("compression", "damping", "rate", "kind"),
+    [
+        (0.40, 10.0, 0.01, "no skip"),
+        (0.40, 10.0, 1.0, "type 2"),
+        (0.35, 0.3, 0.01, "type 1"),
+        (0.35, 30.0, 0.01, "no skip"),
+    ],
+)
+def test_named_cases_of_the_paper(compression, damping, rate, kind):
+    scene = Scene(compression=compression, shear=0.40, rate=rate, damping=damping, stop=0.6)
+    folds = der.folds(Scene(compression=compression, shear=0.40), nodes=51)
+    assert classify(der.simulate(scene, nodes=51, configurations=False), folds).kind == kind
