@@ -18,7 +18,6 @@ from .pool import in_parallel
 from .progress import Progress
 from .report import Picture, Section, Table
 
-
 # steps short enough for a polyline to look like a curve
 SMOOTH = Steps(turn=0.12, largest=0.05)
 # rad; the mesh moves snaps by less than half of it
@@ -141,10 +140,12 @@ def _estimate(values: Sequence[float | None], ratio: float) -> tuple[float, floa
     """A snap angle and its uncertainty from (coarse mesh, fine mesh, fine mesh at a looser tolerance).
 
     The limit in the mesh, and what may be wrong with it: a quarter of the extrapolation, and the
-    change with the tolerance.
+    change with the tolerance.  None where the three are too far apart to have a limit.
     """
     coarse, fine, loose = values
     if coarse is None or fine is None or loose is None:
+        return None
+    if max(coarse, fine, loose) - min(coarse, fine, loose) > _SCATTER:
         return None
     limit = (ratio * fine - coarse) / (ratio - 1.0)
     return limit, 0.25 * abs(limit - fine) + abs(fine - loose)
@@ -178,7 +179,11 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
     curve: dict[str, list[float]] = {}
     if history is not None:
         # enough rows for a figure
-        pick = np.unique(np.linspace(0, len(history) - 1, 3000).astype(int))
+        turning = int(np.searchsorted(np.abs(history.angle), abs(case.scene.stop or 0.0)))
+        pick = np.unique(
+            np.append(np.linspace(0, turning, 1500), np.linspace(turning, len(history) - 1, 1500))
+        )
+        pick = pick.astype(int)
         columns = {"time": history.time, "angle": history.angle, "height": history.height}
         curve = {name: values[pick].tolist() for name, values in columns.items()}
     return Verdict(
@@ -299,9 +304,9 @@ def main(
         title="Mode skipping and selection: the paper's named cases",
         text=[
             f"Of {len(rows)} cases {agreeing} end as the paper says, {sensitive} are sensitive: there the "
-            f"outcome, or a snap by more than {_SCATTER:g} rad, changes between N = {coarse} and {fine}, tolerances "
-            f"{tolerance:g} and {10 * tolerance:g} L, or with a method that has no damping of its own, so that "
-            "no single run decides it.",
+            f"outcome, or a snap by more than {_SCATTER:g} rad, changes between N = {coarse} and {fine}, "
+            f"tolerances {tolerance:g} and {10 * tolerance:g} L, or with a method that has no damping of its "
+            "own, so that no single run decides it.",
             "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
             "that U+S- is gone. The rule is written down in der.modes.",
         ],

@@ -434,6 +434,25 @@ Scratch = namedtuple(
 
 
 @njit(**_options)
+def _sum_up(rod, m1, twist, s, second, nodes):
+    """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
+    assemble(
+        s.tangent,
+        s.inverse,
+        m1,
+        twist,
+        rod.stiffness,
+        rod.rest,
+        rod.stretch,
+        s.gradient,
+        s.factors,
+        s.energies,
+        second,
+        nodes,
+    )
+
+
+@njit(**_options)
 def _place(rod, angle, x0, dq):
     """Increments of the left clamp's two nodes to an angle."""
     for i in range(2):
@@ -468,20 +487,7 @@ def _evaluate(rod, motion, s, dq, mean, second):
     for k in range(3 if mean else 1):
         point = 0.5 + 0.3872983346207417 * (k - 1) if mean else 1.0
         _configure(motion, s, dq, point)
-        assemble(
-            s.tangent,
-            s.inverse,
-            s.m1,
-            s.twist,
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            s.gradient,
-            s.factors,
-            s.energies,
-            second,
-            nodes,
-        )
+        _sum_up(rod, s.m1, s.twist, s, second, nodes)
         if mean:
             weight = (4.0 if k == 1 else 2.5) / 9.0
             for i in range(4 * nodes):
@@ -582,20 +588,7 @@ def _attempt(rod, motion, s, ramp, policy, h):
         if not _largest(s.dq, first, last) < 0.5:
             return -1, error
         _configure(motion, s, s.dq, 1.0)
-        assemble(
-            s.tangent,
-            s.inverse,
-            s.m1,
-            s.twist,
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            s.gradient,
-            s.factors,
-            s.energies,
-            False,
-            nodes,
-        )
+        _sum_up(rod, s.m1, s.twist, s, False, nodes)
         for i in range(first, last):
             s.v[i] = (s.v[i] - 0.5 * h * s.gradient[i] / rod.inertia[i]) / (1.0 + 0.5 * h * nu)
         return 1, error
@@ -721,20 +714,7 @@ def _accept(rod, motion, s, ramp, policy, h):
     _configure(motion, s, s.dq, 1.0)
     before, after = _angle(ramp, clock[TIME]), _angle(ramp, clock[TIME] + h)
     whole = method == VERLET
-    assemble(
-        s.tangent,
-        s.inverse,
-        s.m1,
-        s.twist,
-        rod.stiffness,
-        rod.rest,
-        rod.stretch,
-        s.gradient,
-        s.factors,
-        s.energies,
-        False,
-        nodes if whole else 4,
-    )
+    _sum_up(rod, s.m1, s.twist, s, False, nodes if whole else 4)
     power = _moment(rod, s.gradient, after)
     work = 0.5 * (clock[POWER] + power) * (after - before)
     clock[WORK] += work
@@ -775,20 +755,7 @@ def _record(rod, motion, s, ramp, rows, row_x, row_m1):
     nodes = motion.x.shape[0]
     clock, row = motion.clock, int(motion.clock[ROW])
     edges(motion.x, s.tangent, s.inverse)
-    assemble(
-        s.tangent,
-        s.inverse,
-        motion.m1,
-        motion.twist,
-        rod.stiffness,
-        rod.rest,
-        rod.stretch,
-        s.gradient,
-        s.factors,
-        s.energies,
-        False,
-        nodes,
-    )
+    _sum_up(rod, motion.m1, motion.twist, s, False, nodes)
     kinetic = 0.0
     for i in range(FIRST, 4 * nodes - 8):
         kinetic += 0.5 * rod.inertia[i] * motion.v[i] * motion.v[i]
@@ -852,7 +819,7 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             # Errors made while the ribbon creeps towards a fold add up and shift the snap; those
             # made while it rings do not.  The error allowed shrinks with the speed.
             speed = _largest(s.v, FIRST, 4 * nodes - 8)
-            error /= min(1.0, max(1e-3, CREEP * speed))
+            error /= min(1.0, max(0.01, CREEP * speed))
             if not failed and not error <= policy.tolerance:
                 failed = True
         if failed:
