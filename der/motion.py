@@ -160,7 +160,7 @@ def simulate(
         cause = (
             f"no step of at least {1e-9 * unit:.1e} s converged"
             if status == kernels.STUCK
-            else "the motion gained more energy from nowhere than there was"
+            else "its energy grew by more than a quarter beyond the work done"
         )
         raise SolverError(
             f"{method} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
