@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import der
-from ribbonfem import Fold, Ribbon, Scene, elastica, quasilinear
+from ribbonfem import Fold, Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.continuation import Steps
 
 from .figures import draw_curve, figure, plt, save
@@ -137,11 +137,15 @@ def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
     fine = 2 * nodes - 1
     ratio = edge_ratio(nodes, fine)
     planar = Scene(compression=0.40, shear=0.0, start="U+")
-    cases = [("planar 0.40", planar, [f.angle for f in elastica.folds(planar, elements=64, extensible=True)])]
+    ribbon = Scene(compression=0.40, shear=0.40)
+    cases = [
+        ("planar 0.40", planar, elastica.folds(planar, elements=64, extensible=True)),
+        ("ribbon (0.40, 0.40)", ribbon, kirchhoff.folds(ribbon, extensible=True)),
+    ]
     rows: list[list[Any]] = []
     for label, scene, references in progress("rods against elements", cases):
         coarse, dense = der.folds(scene, nodes=nodes), der.folds(scene, nodes=fine)
-        for k, reference in enumerate(references):
+        for k, reference in enumerate(fold.angle for fold in references):
             limit = extrapolated(coarse[k], dense[k], ratio).angle
             errors = [coarse[k].angle - reference, dense[k].angle - reference]
             order = float(np.log(errors[0] / errors[1]) / np.log(ratio**0.5))
@@ -224,6 +228,7 @@ def main(
     for _ in progress("loading compiled code", range(1)):
         quasilinear.folds(warm, elements=8)
         elastica.folds(warm, elements=8)
+        kirchhoff.folds(warm, elements=8)
         der.folds(warm, nodes=21)
     rows, records = _fold_rows(compressions, elements, nodes, progress)
     mesh = _mesh_rows()

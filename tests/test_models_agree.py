@@ -1,0 +1,77 @@
+"""Models that share no mechanics, in motion and at rest."""
+
+import numpy as np
+import pytest
+
+import der
+from compare.crosscheck import edge_ratio
+from ribbonfem import Scene, delay, elastica, kirchhoff
+
+BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, stop=1.175)
+PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.63)
+
+
+def snap(scene, nodes, **policy):
+    return der.simulate(scene, nodes=nodes, tolerance=1e-6, configurations=False, **policy).crossing()[1]
+
+
+def limit(coarse, fine, nodes):
+    ratio = edge_ratio(*nodes)
+    return (ratio * fine - coarse) / (ratio - 1)
+
+
+def test_planar_snap_of_rods_and_elements():
+    nodes = (51, 101)
+    coarse, fine = (snap(BEAM, n) for n in nodes)
+    rods = limit(coarse, fine, nodes)
+    beam = elastica.simulate(BEAM, extensible=True, tolerance=1e-7, until="snap").crossing()[1]
+    # the limit in the mesh and the tolerance of the rods; the beam is converged to 1e-6
+    assert abs(rods - beam) < 2e-5
+    assert abs(fine - beam) > 1e-4  # a finite mesh is seen
+
+
+@pytest.mark.parametrize(("clamp", "order"), [("centred", 2), ("two-node", 1)])
+def test_order_in_the_mesh_at_the_snap(clamp, order):
+    nodes = (26, 51, 101)
+    angles = [snap(PATH_1, n, clamp=clamp) for n in nodes]
+    spans = [n - 2 if clamp == "centred" else n - 1 for n in nodes]
+    # three meshes fix the limit, the constant and the order
+    ratio = (angles[0] - angles[1]) / (angles[1] - angles[2])
+    trial = np.linspace(0.5, 3.0, 2501)
+    model = (spans[0] ** -trial - spans[1] ** -trial) / (spans[1] ** -trial - spans[2] ** -trial)
+    observed = trial[np.argmin(np.abs(model - ratio))]
+    assert abs(observed - order) < 0.15, f"declared {order}, observed {observed}: {angles}"
+
+
+def test_ribbon_folds_of_rods_and_elements():
+    scene = Scene(compression=0.35, shear=0.37)
+    nodes = (101, 201)
+    reference = kirchhoff.folds(scene, extensible=True)
+    coarse, fine = (der.folds(scene, nodes=n) for n in nodes)
+    assert len(reference) == len(coarse) == 2
+    for k, fold in enumerate(reference):
+        assert abs(limit(coarse[k].angle, fine[k].angle, nodes) - fold.angle) < 2e-6
+        assert abs(limit(coarse[k].height, fine[k].height, nodes) - fold.height) < 2e-6
+        assert abs(limit(coarse[k].load, fine[k].load, nodes) / fold.load - 1) < 2e-5
+
+
+def test_kirchhoff_and_elastica_agree_on_planar_folds():
+    scene = Scene(compression=0.30, shear=0.0, start="U+")
+    for extensible in (False, True):
+        (plane,) = elastica.folds(scene, elements=64, extensible=extensible)
+        (space,) = kirchhoff.folds(scene, extensible=extensible)
+        assert abs(plane.angle - space.angle) < 1e-9
+        assert abs(plane.height - space.height) < 1e-8
+
+
+def test_normal_forms_of_rods_and_elements():
+    (rods,) = der.normal_forms(Scene(compression=0.40, shear=0.0, start="U+"), nodes=101)
+    (beam,) = elastica.normal_forms(Scene(compression=0.40, shear=0.0, start="U+"), extensible=True)
+    coarse = der.normal_forms(Scene(compression=0.40, shear=0.0, start="U+"), nodes=51)[0]
+    product = limit(coarse.product, rods.product, (51, 101))
+    assert abs(product / beam.product - 1) < 2e-3
+    # and the delay follows: overdamped and slow, the ratio to the prediction is close to 1
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=1e-5, damping=1e3, stop=0.575)
+    form = der.normal_forms(scene, nodes=51)[0]
+    measured = der.simulate(scene, nodes=51, configurations=False).crossing()[1] - form.angle
+    assert abs(measured / delay.predict(form, 1e-5, 1e3).angle - 1) < 0.02
