@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-_QUESTIONS = ("cases", "crosscheck", "delay", "folds", "speed", "stability")
+_QUESTIONS = ("cases", "crosscheck", "delay", "folds", "peers", "speed", "stability")
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -22,6 +22,7 @@ COMMANDS = {
     "speed": "the time loop of the rods: steps a second, profile",
     "stability": "hard cases with every method: completed, drift, or the error raised",
     "cases": "the paper's named cases of mode skipping and selection",
+    "peers": "other programs on the same scenes: time at equal error",
 }
 
 OUT = Path("ribbonfem-report")
