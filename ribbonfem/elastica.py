@@ -289,7 +289,7 @@ def folds(
     return tuple(as_fold(problem, event.point) for event in found)
 
 
-def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) -> tuple[NormalForm, ...]:
+def normal_forms(scene: Scene, *, elements: int = 16, extensible: bool = False) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
@@ -360,7 +360,7 @@ def at_rest(problem: Statics, state: _State) -> tuple[Array, Array]:
 def simulate(
     scene: Scene,
     *,
-    elements: int = 10,
+    elements: int = 16,
     extensible: bool = False,
     method: str = "tr-bdf2",
     step: float | None = None,
