@@ -61,7 +61,7 @@ def simulate(
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float = 0.8,
-    newton_tolerance: float = 1e-8,
+    newton_tolerance: float | None = None,
     every: int = 1,
     configurations: bool = True,
     until: str = "end",
@@ -77,7 +77,8 @@ def simulate(
         only.  A step whose Newton iteration fails is halved and grows back.
     tolerance: adaptive: the local error of the positions in a step, in L; default 1e-4.
     spectral_radius: of generalised-alpha at infinite frequency, in [0, 1].
-    newton_tolerance: Newton stops at an update below it (positions in L, a tenth of angles).
+    newton_tolerance: Newton stops at an update below it (positions in L, a tenth of angles); by
+        default 1e-8 with a fixed step and a thousandth of `tolerance` with adaptive ones.
     every: record each `every`-th accepted step, and the last.
     configurations: False leaves positions and directors out of the result.
     until: "decided" ends a held ribbon's run once its energy is below that of every saddle that
@@ -113,6 +114,10 @@ def simulate(
         raise PolicyError(f"spectral_radius = {spectral_radius!r}: must be in [0, 1]")
     fixed = None if step is None else positive("step", step)
     local = positive("tolerance", 1e-4 if tolerance is None else tolerance)
+    if newton_tolerance is None:
+        # updates fall at least tenfold each, so that what is left is a tenth of the last; below
+        # 1e-11 rounding takes over
+        newton_tolerance = 1e-8 if fixed is not None else max(1e-11, 1e-3 * local)
     newton = positive("newton_tolerance", newton_tolerance)
     rod = Rod(scene, nodes, clamp)
     state = start_state(rod)
