@@ -19,6 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import BarycentricInterpolator
 
 from ribbonfem.results import Array, Fold, History
 
@@ -81,6 +82,59 @@ def local_minima(time: Array, angle: Array, height: Array) -> Array:
     shift = -slope / (2.0 * curvature)
     where = time[k] + shift
     return np.column_stack((where, np.interp(where, time, angle), height[k] + slope * shift / 2.0))
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A moment of a run: time (s), angle (rad), height z(1/2)/L, slope t_z(1/2), and the shape's name."""
+
+    time: float
+    angle: float
+    height: float
+    slope: float
+    name: str
+
+
+def instant(history: History, time: float) -> Instant:
+    """The shape of a run at a time in s, interpolated by cubics through its rows."""
+    k = int(np.searchsorted(history.time, time))
+    rows = slice(max(0, min(k - 2, len(history) - 4)), max(0, min(k - 2, len(history) - 4)) + 4)
+    height, slope = (
+        float(BarycentricInterpolator(history.time[rows], values[rows])(time))
+        for values in (history.height, history.slope)
+    )
+    angle = float(np.interp(time, history.time, history.angle))
+    return Instant(time, angle, height, slope, name_by_signs(height, slope))
+
+
+def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant | None]:
+    """What happened in a run, each instant solved for and not read off a row.
+
+    Parameters
+    ----------
+    history: of any model.
+    folds: adds the passage of each fold's angle by the clamp.
+
+    Returns
+    -------
+    dict
+        "first snap" (t_z = 0), "second snap" (z = 0), "first minimum" (of z, after the
+        first snap), "alpha_c1", "alpha_c2", ... and "end"; None where the run did not come to it.
+    """
+    found: dict[str, Instant | None] = {}
+    for key, quantity in (("first snap", "slope"), ("second snap", "height")):
+        snap = history.crossing(quantity)
+        found[key] = None if snap is None else instant(history, snap[0])
+    # the jump of the clamp's speed rings: minima before the first snap are no rebounds
+    begin = found["first snap"].time if found["first snap"] else np.inf
+    rebounds = [m for m in local_minima(history.time, history.angle, history.height)[:, 0] if m > begin]
+    found["first minimum"] = instant(history, float(rebounds[0])) if rebounds else None
+    for k, fold in enumerate(folds, 1):
+        time = fold.angle / history.scene.rate
+        reached = 0.0 <= time <= history.time[-1] and abs(fold.angle) <= abs(history.angle[-1])
+        found[f"alpha_c{k}"] = instant(history, time) if reached else None
+    found["end"] = instant(history, float(history.time[-1]))
+    return found
 
 
 def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:

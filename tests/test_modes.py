@@ -88,3 +88,21 @@ def test_named_cases_of_the_paper(compression, damping, rate, kind):
     scene = Scene(compression=compression, shear=0.40, rate=rate, damping=damping, stop=0.6)
     folds = der.folds(Scene(compression=compression, shear=0.40), nodes=51)
     assert classify(der.simulate(scene, nodes=51, configurations=False), folds).kind == kind
+
+
+def test_events_of_a_run():
+    scene = Scene(compression=0.40, shear=0.40, rate=0.1, damping=10.0, stop=0.6)
+    folds = der.folds(scene, nodes=31)
+    history = der.simulate(scene, nodes=31, configurations=False)
+    found = der.modes.events(history, folds)
+    assert found["alpha_c1"].name == "U+S+"
+    assert found["alpha_c2"].name == "U+S-"
+    assert found["end"].name == "U-S+"
+    assert abs(found["first snap"].slope) < 1e-8
+    assert abs(found["second snap"].height) < 1e-8
+    assert folds[0].angle < found["first snap"].angle < folds[1].angle < found["second snap"].angle
+    assert np.isclose(found["alpha_c1"].angle, folds[0].angle)
+    assert found["first minimum"].time > found["first snap"].time
+    short = der.simulate(Scene(compression=0.40, shear=0.40, rate=0.1, stop=0.05), nodes=31)
+    assert der.modes.events(short, folds)["alpha_c1"] is None
+    assert der.modes.events(short)["second snap"] is None
