@@ -20,6 +20,9 @@ __all__ = [
     "Scene",
     "SceneError",
     "SolverError",
+    "delay",
+    "elastica",
+    "kirchhoff",
     "quasilinear",
 ]
 

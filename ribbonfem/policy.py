@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from numbers import Integral, Real
+from typing import cast
 
 
 class PolicyError(ValueError):
@@ -42,7 +43,7 @@ def flag(name: str, value: object) -> bool:
 def interval(name: str, value: object) -> tuple[float, float]:
     """Return `value` as a pair of finite angles with 0 inside."""
     try:
-        low, high = (float(end) for end in value)  # type: ignore[attr-defined]
+        low, high = (float(end) for end in cast(Sequence[float], value))
     except (TypeError, ValueError):
         raise PolicyError(f"{name} = {value!r}: must be a pair of angles (rad)") from None
     if not -math.inf < low < 0.0 < high < math.inf:
