@@ -63,32 +63,21 @@ SYSTEMS = {
             {"elements": 16},
             {"until": "snap", "tolerance": 1e-7},
         ),
-        System(
-            "DER planar",
-            BEAM,
-            "height",
-            der.simulate,
-            der.normal_forms,
-            {"nodes": 51},
-            {"configurations": False},
-        ),
-        System(
-            "DER Path 1",
-            PATH_1,
-            "height",
-            der.simulate,
-            der.normal_forms,
-            {"nodes": 51},
-            {"configurations": False},
-        ),
-        System(
-            "DER Path 2",
-            PATH_2,
-            "slope",
-            der.simulate,
-            der.normal_forms,
-            {"nodes": 51},
-            {"configurations": False},
+        *(
+            System(
+                name,
+                scene,
+                quantity,
+                der.simulate,
+                der.normal_forms,
+                {"nodes": 51},
+                {"configurations": False},
+            )
+            for name, scene, quantity in (
+                ("DER planar", BEAM, "height"),
+                ("DER Path 1", PATH_1, "height"),
+                ("DER Path 2", PATH_2, "slope"),
+            )
         ),
     )
 }

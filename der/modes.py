@@ -84,6 +84,12 @@ def local_minima(time: Array, angle: Array, height: Array) -> Array:
     return np.column_stack((where, np.interp(where, time, angle), height[k] + slope * shift / 2.0))
 
 
+def _rebounds(history: History, first: tuple[float, float] | None) -> Array:
+    """The local minima of z after the first snap: those before it are the ringing of the clamp's jump."""
+    minima = local_minima(history.time, history.angle, history.height)
+    return minima[minima[:, 0] > (first[0] if first else np.inf)]
+
+
 @dataclass(frozen=True)
 class Instant:
     """A moment of a run: time (s), angle (rad), height z(1/2)/L, slope t_z(1/2), and the shape's name."""
@@ -98,7 +104,8 @@ class Instant:
 def instant(history: History, time: float) -> Instant:
     """The shape of a run at a time in s, interpolated by cubics through its rows."""
     k = int(np.searchsorted(history.time, time))
-    rows = slice(max(0, min(k - 2, len(history) - 4)), max(0, min(k - 2, len(history) - 4)) + 4)
+    first = max(0, min(k - 2, len(history) - 4))
+    rows = slice(first, first + 4)
     height, slope = (
         float(BarycentricInterpolator(history.time[rows], values[rows])(time))
         for values in (history.height, history.slope)
@@ -125,10 +132,8 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     for key, quantity in (("first snap", "slope"), ("second snap", "height")):
         snap = history.crossing(quantity)
         found[key] = None if snap is None else instant(history, snap[0])
-    # the jump of the clamp's speed rings: minima before the first snap are no rebounds
-    begin = found["first snap"].time if found["first snap"] else np.inf
-    rebounds = [m for m in local_minima(history.time, history.angle, history.height)[:, 0] if m > begin]
-    found["first minimum"] = instant(history, float(rebounds[0])) if rebounds else None
+    minima = _rebounds(history, history.crossing("slope"))
+    found["first minimum"] = instant(history, float(minima[0, 0])) if len(minima) else None
     for k, fold in enumerate(folds, 1):
         time = fold.angle / history.scene.rate
         reached = 0.0 <= time <= history.time[-1] and abs(fold.angle) <= abs(history.angle[-1])
@@ -159,9 +164,7 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
         raise ValueError(f"{len(folds)} folds: the two folds of Path 2 are needed")
     first, second = history.crossing("slope"), history.crossing("height")
     final = name_by_signs(history.height[-1], history.slope[-1])
-    begin = first[0] if first else np.inf
-    minima = local_minima(history.time, history.angle, history.height)
-    minima = minima[minima[:, 0] > begin]
+    minima = _rebounds(history, first)
 
     def outcome(kind: str, reason: str) -> Outcome:
         return Outcome(kind, first, second, minima, final, reason)
