@@ -104,17 +104,6 @@ class Statics:
         """The clamps at a value of the parameter."""
         return replace(self.clamps, **{self.vary: parameter})
 
-    def varying(self, vary: str, parameter: float) -> Statics:
-        """The same rod with its clamps as at `parameter`, in another parameter."""
-        return Statics(
-            self.ribbon,
-            self.at(parameter),
-            vary,
-            elements=self.tables.elements,
-            extensible=self.extensible,
-            degree=self.tables.degree,
-        )
-
     def buckled(self, compression: float) -> Frames:
         """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
 
