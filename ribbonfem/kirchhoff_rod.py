@@ -87,7 +87,6 @@ class Statics:
         extensible: bool = False,
         degree: int = DEGREE,
     ) -> None:
-        self.ribbon = ribbon
         self.clamps = clamps
         self.vary = vary
         self.tables: LineTables = line_tables(elements, degree)
