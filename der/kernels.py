@@ -406,8 +406,10 @@ DONE, FULL, STUCK, BLOWN = range(4)
     FACTORED,
     START,
     EFFORT,
-) = range(14)
-CLOCK_SIZE = 14
+    AFTER,
+    SIDE,
+) = range(16)
+CLOCK_SIZE = 16
 # see `run`: lengths per t* below which the error allowed in a step shrinks with the speed, over 1
 CREEP = 0.1
 # growth of the energy, over that of the start and the work done, at which a run is stopped
@@ -419,8 +421,9 @@ ROW_SIZE = 8
 
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a
-# held ribbon cannot leave its state any more, and its run ends
-Ramp = namedtuple("Ramp", "rate stop end damping barrier")
+# held ribbon cannot leave its state any more, and its run ends; whether to end soon after the height
+# changes sign
+Ramp = namedtuple("Ramp", "rate stop end damping barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius
 Policy = namedtuple("Policy", "method step tolerance newton largest smallest radius")
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
@@ -789,8 +792,8 @@ def _record(rod, motion, s, ramp, rows, row_x, row_m1):
 
 @njit(**_options)
 def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
-    """Step until the end of the ramp and its hold, or until decided (DONE), the rows are full (FULL), no step
-    converges (STUCK), or the energy grows from nowhere (BLOWN).
+    """Step until the end of the ramp and its hold, until decided or snapped (DONE), until the rows are full
+    (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
 
     All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every
     `every`-th accepted step and the last one make a row.
@@ -851,6 +854,14 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             row = int(clock[ROW]) - 1
             if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
                 return DONE
+            if ramp.snap:
+                if clock[SIDE] == 0.0:
+                    clock[SIDE] = rows[row, ROW_HEIGHT]
+                # two rows on either side of the crossing: it is solved for on a cubic through them
+                if clock[AFTER] > 0.0 or rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0:
+                    clock[AFTER] += 1.0
+                    if clock[AFTER] >= 2.0:
+                        return DONE
         if done:
             return DONE
         if not math.isfinite(motion.v[FIRST]):

@@ -83,7 +83,8 @@ def simulate(
     configurations: False leaves positions and directors out of the result.
     until: "decided" ends a held ribbon's run once its energy is below that of every saddle that
         the curve of equilibria through its start has at `stop`: it cannot leave the state it is
-        in any more.  "end" (the default) goes through the whole hold.
+        in any more.  "snap" ends it soon after the height first changes sign.  "end" (the default)
+        goes through the whole hold.
 
     Returns
     -------
@@ -103,7 +104,7 @@ def simulate(
     """
     stop = scene.require_stop()
     choice("method", method, tuple(METHODS))
-    choice("until", until, ("end", "decided"))
+    choice("until", until, ("end", "decided", "snap"))
     whole_number("every", every, 1)
     flag("configurations", configurations)
     if step is not None and tolerance is not None:
@@ -129,6 +130,7 @@ def simulate(
         float((stop / scene.rate + scene.hold) / unit),
         float(scene.damping * unit),
         _lowest_saddle(rod, state, stop) if until == "decided" else -np.inf,
+        until == "snap",
     )
     policy = kernels.Policy(
         METHODS[method],

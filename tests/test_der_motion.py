@@ -183,3 +183,14 @@ def test_decided_runs_end_early_in_the_same_state(damping, final):
     for history in (whole, short):
         # decided, but perhaps not at rest: the sign of z is the state's
         assert der.modes.name_by_signs(history.height[-1], history.slope[-1])[:2] == final[:2]
+
+
+@pytest.mark.parametrize(("start", "rate"), [("U+S-", 1.0), ("U-S+", -1.0)])
+def test_a_run_until_the_snap_is_the_beginning_of_the_whole_run(start, rate):
+    scene = Scene(compression=0.40, shear=0.37, start=start, rate=rate, stop=rate, damping=1.0)
+    whole = der.simulate(scene, nodes=31, configurations=False)
+    short = der.simulate(scene, nodes=31, configurations=False, until="snap")
+    np.testing.assert_array_equal(short.height, whole.height[: len(short)])
+    assert short.crossing() == whole.crossing()
+    # the two rows after the crossing that its cubic needs
+    assert np.count_nonzero(short.height * short.height[0] < 0.0) == 2
