@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from importlib import import_module
-from types import ModuleType
+from typing import Any
 
-_QUESTIONS = ("cases", "crosscheck", "delay", "folds", "peers", "speed", "stability")
+_QUESTIONS = ("accuracy", "cases", "crosscheck", "delay", "folds", "peers", "speed", "stability")
+# functions that scripts call, and the module of each
+_CALLS = {"convergence": "refinement"}
 
 
-def __getattr__(name: str) -> ModuleType:
+def __getattr__(name: str) -> Any:
     # each question pulls in the models and the plotting it needs: only when it is asked
     if name in _QUESTIONS:
         return import_module(f"{__name__}.{name}")
+    if name in _CALLS:
+        return getattr(import_module(f"{__name__}.{_CALLS[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -20,6 +20,7 @@ COMMANDS = {
     "folds": "folds and states of the ribbon at rest: 3D finite elements and discrete rods",
     "delay": "how late the snap comes: measured in every model, predicted without a parameter",
     "speed": "the time loop of the rods: steps a second, profile",
+    "accuracy": "speed against error of every model, mesh, method and step; defaults against the front",
     "stability": "hard cases with every method: completed, drift, or the error raised",
     "cases": "the paper's named cases of mode skipping and selection",
     "peers": "other programs on the same scenes: time at equal error",
