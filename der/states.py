@@ -10,6 +10,7 @@ reversal s -> L - s with r -> R - r.
 from __future__ import annotations
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import eig_banded
 from scipy.optimize import brentq
 from scipy.special import j0
@@ -24,6 +25,8 @@ from .statics import Statics
 
 # heights and slips below this (in L) count as zero when a state is named
 _FLAT = 1e-6
+# nodes of the rod that is sheared on the way to a finer one, and its longest step in dW/L
+_COARSE, _STRIDE = 25, 0.1
 
 
 def planar(rod: Rod) -> RodState:
@@ -124,16 +127,17 @@ def _softest(problem: Statics, state: RodState) -> Array:
     return np.asarray(mode / np.abs(mode).max())
 
 
-def _sheared(rod: Rod, *, breaking: bool) -> RodState | None:
+def _sheared(rod: Rod, *, breaking: bool, longest: float = 0.02) -> RodState | None:
     """The state reached from planar U+ by shearing; stable if `breaking`, else the symmetric one.
 
-    None if the symmetric state does not exist that far.
+    Steps in dW/L are at most `longest`; two hundredths follow a sheet closely.  None if the
+    symmetric state does not exist that far.
     """
     problem = Statics(rod, "shear")
     target = rod.scene.shear
     state = planar(rod)
     line = None
-    shear, step = 0.0, np.copysign(0.02, target)
+    shear, step = 0.0, np.copysign(longest, target)
     try:
         state, line = equilibrium(problem, state, 0.0)
     except SolverError:
@@ -160,7 +164,7 @@ def _sheared(rod: Rod, *, breaking: bool) -> RodState | None:
             new = relax(problem, problem.advance(new, kick, following), following)
             new_line = problem.linearise(new, following)
         state, line, shear = new, new_line, following
-        step = float(np.copysign(min(0.02, 1.5 * abs(step)), target))
+        step = float(np.copysign(min(longest, 1.5 * abs(step)), target))
     return state
 
 
@@ -187,6 +191,44 @@ def stable_states(rod: Rod) -> dict[str, RodState]:
     return states
 
 
+def _refined(rod: Rod, coarse: Rod, state: RodState) -> RodState:
+    """A state of a coarse rod, interpolated onto the nodes and edges of `rod`."""
+    x = CubicSpline(coarse.arclength, state.x)(rod.arclength)
+    x[:2], normal = rod.left(0.0)
+    x[-2:] = rod.right(rod.scene.compression, rod.scene.shear)
+    middles = [0.5 * (r.arclength[1:] + r.arclength[:-1]) for r in (coarse, rod)]
+    m1 = CubicSpline(middles[0], state.m1)(middles[1])
+    tangent = np.diff(x, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+    m1 -= (m1 * tangent).sum(axis=1)[:, None] * tangent
+    m1 /= np.linalg.norm(m1, axis=1)[:, None]
+    m1[0], m1[-1] = normal, (0.0, 0.0, 1.0)
+    refined = RodState(x, np.empty_like(m1), np.zeros(rod.nodes))
+    kernels.carry(tangent, m1, refined.twist, tangent, np.zeros(rod.nodes), refined.m1, refined.twist)
+    return refined
+
+
+def _from_coarse(rod: Rod) -> RodState | None:
+    """The scene's start by way of a coarse rod, at a fraction of the work; None if that does not lead there.
+
+    Close to a pitchfork the coarse rod may lie on its other side: what comes of it is taken only
+    if it is stable and has the name asked for.
+    """
+    coarse = Rod(rod.scene, _COARSE, rod.clamp)
+    wanted = rod.scene.start
+    try:
+        broken = _sheared(coarse, breaking=True, longest=_STRIDE)
+        images = _images(coarse, broken) if broken is not None else {}
+        if wanted not in images:
+            return None
+        problem = Statics(rod)
+        relaxed = relax(problem, _refined(rod, coarse, images[wanted]), 0.0, most=60)
+        state, line = equilibrium(problem, relaxed, 0.0)
+    except SolverError:
+        return None
+    return state if line.index == 0 and name(rod, state) == wanted else None
+
+
 def start_state(rod: Rod) -> RodState:
     """The stable equilibrium that the scene starts from.
 
@@ -199,6 +241,10 @@ def start_state(rod: Rod) -> RodState:
     """
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:
+        if rod.nodes >= 2 * _COARSE:
+            found = _from_coarse(rod)
+            if found is not None:
+                return found
         # the common case: no need to look at the symmetric state too
         broken = _sheared(rod, breaking=True)
         images = _images(rod, broken) if broken is not None else {}
