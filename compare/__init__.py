@@ -5,9 +5,21 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_QUESTIONS = ("accuracy", "cases", "crosscheck", "delay", "folds", "peers", "speed", "stability")
+_QUESTIONS = (
+    "accuracy",
+    "calibrate",
+    "cases",
+    "choices",
+    "crosscheck",
+    "delay",
+    "folds",
+    "peers",
+    "run",
+    "speed",
+    "stability",
+)
 # functions that scripts call, and the module of each
-_CALLS = {"convergence": "refinement"}
+_CALLS = {"choose": "chooser", "convergence": "refinement", "read_scene": "scene_file"}
 
 
 def __getattr__(name: str) -> Any:

@@ -23,6 +23,9 @@ COMMANDS = {
     "accuracy": "speed against error of every model, mesh, method and step; defaults against the front",
     "stability": "hard cases with every method: completed, drift, or the error raised",
     "cases": "the paper's named cases of mode skipping and selection",
+    "run": "a scene from a file: the cheapest model that meets a tolerance, and its answer",
+    "choices": "does the chosen model keep the tolerance asked for, and what does it save?",
+    "calibrate": "measure the laws by which the cheapest model is chosen",
     "peers": "other programs on the same scenes: time at equal error",
 }
 
@@ -38,7 +41,12 @@ def _add_options(parser: argparse.ArgumentParser, main: Any) -> list[str]:
     names = []
     for parameter in inspect.signature(main).parameters.values():
         default = parameter.default
-        if parameter.name in ("progress", "out") or default is inspect.Parameter.empty:
+        if parameter.name in ("progress", "out"):
+            continue
+        if default is inspect.Parameter.empty:
+            # what a command cannot do without stands before its options
+            names.append(parameter.name)
+            parser.add_argument(parameter.name, type=Path, metavar=f"{parameter.name.upper()}.toml")
             continue
         option = "--" + parameter.name.replace("_", "-")
         names.append(parameter.name)

@@ -15,7 +15,19 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-ORDER = ("crosscheck", "folds", "delay", "cases", "speed", "accuracy", "stability", "peers")
+ORDER = (
+    "run",
+    "crosscheck",
+    "folds",
+    "delay",
+    "cases",
+    "speed",
+    "accuracy",
+    "stability",
+    "choices",
+    "calibrate",
+    "peers",
+)
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; }

@@ -1,0 +1,369 @@
+"""The cheapest model that will do: which to run for one number of a scene, how fine, and why.
+
+`choose` plans, from the measured laws of `compare.laws` and in a millisecond; `Choice.run` does it.
+In order of cost:
+
+* no run: the planar fold and its delay are known in closed form and from a table;
+* the quasi-linear beam, where dL/L is small and the stretch does not count;
+* the elastica, where the scene is planar and stays so: with bending and twisting stiffness above
+  a bound its out-of-plane mode is stable up to the fold, below it the rod is asked;
+* the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
+  that a run would have to follow a long vibration which cannot carry it over the barrier;
+* discrete rods on two or more meshes, extrapolated; the run reads its error off the meshes and goes
+  on until the tolerance is met.
+
+The reference of all errors is the ribbon as it is stated: in three dimensions and extensible.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import der
+from ribbonfem import History, Scene, elastica, kirchhoff, quasilinear
+from ribbonfem.delay import NormalForm
+from ribbonfem.policy import choice, flag, positive
+from ribbonfem.results import Branch
+
+from . import climb
+from .climb import CROSSINGS, Run, endless
+from .laws import Laws, beam_units, shipped
+
+QUANTITIES = (*CROSSINGS, "fold")
+
+# Planar states are stable out of plane up to their fold, for dL/L up to the first number, if EI1/EI2 and
+# GJ/EI2 are at least the others: more stiffness only adds to the second variation.
+FLAT = (0.6, 20.0, 1.4)
+# error of the folds of the finite elements with their default meshes, rad
+_STATIC = 1e-6
+# c a2 t*^4 of a ribbon's folds, typically
+_PRODUCT = 1.5e5
+# steps of a rod above which the ribbon's folds are cheaper than a run, and CPU seconds of the folds
+_LONG, _FOLDS_SECONDS = 1.5e4, 1.0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One number of a scene, and what may be wrong with it.
+
+    Attributes
+    ----------
+    value: rad; None where the ribbon does not snap.
+    error: estimated, rad.
+    met: whether `error` is within the tolerance asked for.
+    sensitive: refinement does not settle the value: no single run decides it.
+    seconds: CPU, of all runs.
+    runs: what was run, in order; empty where a prediction was enough.
+    history: of the finest run, or None.
+    """
+
+    value: float | None
+    error: float
+    met: bool
+    sensitive: bool
+    seconds: float
+    runs: tuple[Run, ...]
+    history: History | None
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The cheapest way to a number that meets a tolerance.
+
+    Attributes
+    ----------
+    scene, quantity, tolerance, motion: what was asked.
+    model: "prediction" (no run), "quasilinear", "elastica", "der", "kirchhoff" or "folds" (a
+        ribbon's fold and its predicted delay).
+    policy: of the run; for "der" the meshes to begin with.
+    estimate: expected error, rad; of rods the error that half of the scenes stay below, which
+        the run then measures.
+    seconds: expected CPU seconds, on the machine that measured the laws.
+    reason: in words.
+    value: of a prediction, rad or None; None for all else.
+    """
+
+    scene: Scene
+    quantity: str
+    tolerance: float
+    model: str
+    policy: Mapping[str, Any]
+    estimate: float
+    seconds: float
+    reason: str
+    value: float | None = None
+    motion: bool = False
+
+    def run(self) -> Answer:
+        """Do what was chosen.
+
+        Raises
+        ------
+        SceneError, SolverError
+            As the model does: for a start that is no stable equilibrium, a run that fails.
+        """
+        begin = time.process_time()
+        if self.model == "prediction":
+            settled = climb.Settled(self.value, self.estimate, False, (), None)
+        elif self.model == "kirchhoff" or (self.model == "elastica" and self.quantity == "fold"):
+            settled = _static(self)
+        elif self.model == "folds":
+            settled = _slow(self)
+        elif self.model == "der":
+            first = int(self.policy["first"])
+            settled = climb.rods(
+                self.scene,
+                self.quantity,
+                self.tolerance,
+                shipped().ribbon,
+                first=first,
+                configurations=self.motion,
+            )
+        elif "elements" in self.policy:
+            settled = _once(self)
+        else:
+            settled = climb.beams(self.scene, self.tolerance)
+        met = not settled.sensitive and settled.error <= self.tolerance
+        seconds = time.process_time() - begin
+        return Answer(
+            settled.value, settled.error, met, settled.sensitive, seconds, settled.runs, settled.history
+        )
+
+
+def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bool = False) -> Choice:
+    """The cheapest model and resolution that give a number of a scene to a tolerance.
+
+    Parameters
+    ----------
+    scene: planar or sheared; `stop` may be None: then the clamp turns until the snap.
+    tolerance: rad.
+    quantity: "snap", the angle at which z(1/2) first passes 0; "first snap", at which the mid
+        tangent does (U+S+ to U+S-); "fold", the last fold that a very slow ramp meets.
+    motion: whether the motion up to the snap is wanted too, and not the number alone.
+
+    Raises
+    ------
+    PolicyError
+        For a tolerance or a quantity that cannot be, or one that the scene does not have.
+    SceneError
+        If the motion is asked for and the scene has no `stop`.
+    """
+    wanted = positive("tolerance", tolerance)
+    choice("quantity", quantity, QUANTITIES)
+    if flag("motion", motion):
+        choice("quantity", quantity, tuple(CROSSINGS))
+        scene.require_stop()
+    laws = shipped()
+    if quantity == "fold":
+        return _fold(scene, wanted, laws)
+    if scene.planar:
+        # the mid tangent of a planar beam is level at rest: it has no first snap of its own
+        choice("quantity", quantity, ("snap",))
+        return _planar(scene, wanted, motion, laws)
+    return _ribbon(scene, wanted, quantity, motion, laws)
+
+
+def _upward(scene: Scene) -> Scene:
+    """A planar scene or its mirror image z -> -z, alpha -> -alpha, whichever starts from U+."""
+    if scene.start == "U+":
+        return scene
+    stop = None if scene.stop is None else -scene.stop
+    return replace(scene, start="U+", rate=-scene.rate, stop=stop)
+
+
+def _side(scene: Scene) -> float:
+    return 1.0 if scene.start == "U+" else -1.0
+
+
+def stays_planar(scene: Scene) -> bool:
+    """Whether a planar state is stable out of the plane all the way to its fold.
+
+    From a measured bound, or from the rod's curve of equilibria where that says nothing.
+    """
+    largest, bending, twisting = FLAT
+    ribbon = scene.ribbon
+    if scene.compression <= largest and ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting:
+        return True
+    up = replace(_upward(scene), rate=1.0, stop=None)
+    branch = der.equilibria(up, nodes=31, span=(-0.01, 1.6), unstable=1)
+    return _stable_to_its_fold(branch)
+
+
+def _stable_to_its_fold(branch: Branch) -> bool:
+    """Whether the sheet of a curve that starts at angle 0 is stable up to its first fold at an angle > 0."""
+    begin = int(np.argmin(np.abs(branch.angle)))
+    if not branch.stable[begin]:
+        return False
+    ahead = [fold.angle for fold in branch.folds if fold.angle > 0.0]
+    fold = ahead[0] if ahead else math.inf
+    # the curve is listed in its order, which may run either way
+    for step in (1, -1):
+        rows = [begin]
+        while 0 <= rows[-1] + step < len(branch) and branch.angle[rows[-1] + step] > branch.angle[rows[-1]]:
+            rows.append(rows[-1] + step)
+        sheet = [row for row in rows if branch.angle[row] < 0.98 * fold]
+        if len(rows) > 1:
+            return bool(branch.stable[sheet].all())
+    return True
+
+
+def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
+    up = _upward(scene) if scene.planar else scene
+    if scene.planar and up.rate > 0.0 and not laws.planar.outside(up) and stays_planar(scene):
+        value = _side(scene) * laws.planar.fold(up).angle
+        if tolerance >= 5e-6 and (scene.stop is None or abs(value) < abs(scene.stop)):
+            reason = "the planar fold is tabulated to 5e-6 rad"
+            return Choice(scene, "fold", tolerance, "prediction", {}, 5e-6, 1e-4, reason, value)
+    if scene.planar and stays_planar(scene):
+        reason = f"planar and stable out of plane: the elastica's fold, to {_STATIC:g} rad"
+        policy = {"extensible": True}
+        return Choice(scene, "fold", tolerance, "elastica", policy, _STATIC, 0.1, reason)
+    reason = f"a ribbon in three dimensions: geometrically exact elements, to {_STATIC:g} rad"
+    return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, _STATIC, 0.5, reason)
+
+
+def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
+    def chosen(
+        model: str, policy: Mapping[str, Any], error: float, seconds: float, reason: str, **more: Any
+    ) -> Choice:
+        return Choice(scene, "snap", tolerance, model, policy, error, seconds, reason, motion=motion, **more)
+
+    if not stays_planar(scene):
+        reason = "planar, but unstable out of the plane before its fold: rods, in three dimensions"
+        return _rods(scene, tolerance, "snap", motion, laws, reason)
+    up, side = _upward(scene), _side(scene)
+    outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
+    if outside:
+        reason = f"planar, but {outside}, where no law was measured: elasticas, each checked by a finer one"
+        return chosen("elastica", {}, tolerance, 0.1, reason)
+    found = laws.planar.predict(up)
+    stop = math.inf if scene.stop is None else abs(scene.stop)
+    known = f"predicted: the fold at {side * found.fold:.5f} and a delay of {found.delay:.2g} rad"
+    if not motion and found.error <= tolerance:
+        if found.angle + found.error < stop:
+            small = found.delay <= tolerance
+            reason = f"{known}, to {found.error:.1e}" + (
+                "; the delay itself is below the tolerance" if small else ""
+            )
+            return chosen("prediction", {}, found.error, 1e-3, reason, value=side * found.angle)
+        if found.angle - found.error > stop and scene.hold == 0.0:
+            reason = f"{known}: the ramp stops before it snaps"
+            return chosen("prediction", {}, 0.0, 1e-3, reason, value=None)
+    for policy in laws.planar.policies:
+        error = laws.planar.run_error(policy, up)
+        if error <= tolerance:
+            reason = f"a prediction is good to {found.error:.1e} only; " if not motion else "the motion: "
+            if policy.model == "quasilinear":
+                reason += f"dL/L is small enough for the quasi-linear beam, to {error:.1e}"
+                rest = {"elements": policy.elements, "tolerance": policy.tolerance}
+            else:
+                reason += f"planar and stable out of plane: {policy.elements} elements of the elastica do, "
+                reason += f"to {error:.1e}"
+                rest = {
+                    "elements": policy.elements,
+                    "extensible": True,
+                    "tolerance": policy.tolerance,
+                }
+            return chosen(policy.model, rest, error, laws.planar.seconds(policy), reason)
+    reason = "finer than the laws were measured: elasticas, each checked by a finer one"
+    return chosen("elastica", {}, tolerance, 0.5, reason)
+
+
+def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
+    steps = climb.expected_steps(scene)
+    if _long_vibration(scene) and not motion and quantity == "snap" and steps > _LONG:
+        uncertain = _slow_error(scene)
+        if uncertain <= tolerance:
+            reason = (
+                f"a run would ring for some {steps:.0f} steps between its snaps: the last fold from finite "
+                f"elements and the delay from its normal form, to {uncertain:.1e}, if the energy of the "
+                "first snap is below the barrier; else rods"
+            )
+            return Choice(
+                scene, quantity, tolerance, "folds", {}, uncertain, _FOLDS_SECONDS, reason, motion=motion
+            )
+    reason = "sheared: rods, in three dimensions"
+    return _rods(scene, tolerance, quantity, motion, laws, reason)
+
+
+def _rods(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws, reason: str) -> Choice:
+    """Rods on the meshes whose extrapolation has settled in half of the scenes that were measured."""
+    ribbon = laws.ribbon
+    rungs = range(1, len(ribbon.meshes) - 1)
+    first = next((k for k in rungs if ribbon.mesh_error(scene.start, k) <= tolerance), rungs[-1])
+    begin = ribbon.meshes[max(0, first - 2) : first + 1]
+    step, _ = ribbon.tolerance(scene, tolerance)
+    error = ribbon.mesh_error(scene.start, first)
+    seconds = sum(ribbon.data["seconds"][max(0, first - 2) : first + 1])
+    reason += (
+        f" of N = {', '.join(map(str, begin))}, extrapolated, tolerance {step:g} L; half of the scenes "
+        f"measured are then within {error:.1e}, and the run goes on where this one is not"
+    )
+    policy = {"meshes": begin, "tolerance": step, "first": first}
+    return Choice(scene, quantity, tolerance, "der", policy, error, seconds, reason, motion=motion)
+
+
+def _once(plan: Choice) -> climb.Settled:
+    """A single run of a beam, whose error a law bounds."""
+    model: Any = {"quasilinear": quasilinear, "elastica": elastica}[plan.model]
+    begin = time.process_time()
+    history = model.simulate(endless(plan.scene), until="snap", **plan.policy)
+    found = history.crossing()
+    value = None if found is None else found[1]
+    run = Run(plan.model, dict(plan.policy), value, time.process_time() - begin)
+    return climb.Settled(value, plan.estimate, False, (run,), history)
+
+
+def _static(plan: Choice) -> climb.Settled:
+    """The last fold of finite elements."""
+    model: Any = {"kirchhoff": kirchhoff, "elastica": elastica}[plan.model]
+    begin = time.process_time()
+    folds = model.folds(plan.scene, **plan.policy)
+    value = folds[-1].angle if folds else None
+    run = Run(plan.model, dict(plan.policy), value, time.process_time() - begin)
+    return climb.Settled(value, plan.estimate, False, (run,), None)
+
+
+def _long_vibration(scene: Scene) -> bool:
+    """Whether a ramp from U+S+ is so slow that its first snap is forgotten when the second comes."""
+    _, rate, damping, _ = beam_units(scene)
+    return scene.start == "U+S+" and scene.rate > 0.0 and damping * 0.2 / rate > 16.0
+
+
+def _slow_error(scene: Scene) -> float:
+    """What a ribbon's predicted delay will be wrong by, before its fold is known."""
+    planar = shipped().planar
+    form = NormalForm(0.0, _PRODUCT / scene.ribbon.inertial_time**4)
+    return _STATIC + abs(1.0 - planar.typical_ratio(scene)) * planar.delay(form, scene.rate, scene.damping)
+
+
+def _slow(plan: Choice) -> climb.Settled:
+    """The last fold of Path 2 and its predicted delay; rods after all where energy may carry it over."""
+    scene = replace(plan.scene, stop=None)
+    begin = time.process_time()
+    folds = kirchhoff.folds(scene, extensible=True)
+    certain = len(folds) == 2 and kirchhoff.skipping_bound(scene, extensible=True) < 0.0
+    settled: climb.Settled | None = None
+    if certain:
+        # the product of the normal form needs no more than a coarse mesh
+        forms = der.normal_forms(scene, nodes=51)
+        if len(forms) == 2:
+            planar = shipped().planar
+            delay = planar.delay(forms[-1], scene.rate, scene.damping)
+            ratio = planar.typical_ratio(scene)
+            value = folds[-1].angle + ratio * delay
+            # the correction is the planar beam's: of the right sign and size, and no better
+            error = _STATIC + abs(1.0 - ratio) * delay
+            run = Run("kirchhoff", {"extensible": True}, value, time.process_time() - begin)
+            beyond = plan.scene.stop is not None and value + error > abs(plan.scene.stop)
+            if error <= plan.tolerance and not beyond:
+                settled = climb.Settled(value, error, False, (run,), None)
+    if settled is None:
+        settled = climb.rods(plan.scene, plan.quantity, plan.tolerance, shipped().ribbon)
+    return settled

@@ -1,0 +1,276 @@
+"""Runs refined until their answer has settled: the error is read off the runs themselves.
+
+Rods are run on one mesh after the other and extrapolated to N -> infinity by a polynomial in the
+square of the edge, through the last three meshes at most.  What the extrapolation may miss is
+estimated from how far it reaches.  Of two meshes, an eighth of the step to the limit where the
+coarser has 31 nodes, and less in proportion to the square of its edge; of three, a quarter of the
+difference to the limit of the last two; of either, all of it where the step is as long as 0.04 rad, for then
+the meshes do not yet see the same.
+
+A ribbon that rattles between its two snaps remembers every error made on the way.  Where its free
+vibration has not died out when it snaps again the error in time is measured too.  What does not
+settle is called sensitive: no single run decides it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import der
+from ribbonfem import History, Scene, SceneError, SolverError, elastica
+
+from .laws import RibbonLaws, beam_units
+
+# what crosses zero at each instant that can be asked for
+CROSSINGS = {"snap": "height", "first snap": "slope"}
+# snaps this far apart (rad) that further refinement does not bring together come out of a rattle
+SCATTER = 0.02
+# e-foldings of a free vibration's energy after which it is forgotten
+_FORGOTTEN = 12.0
+# meshes and tolerances of the elastica, each to be checked by the next
+BEAMS = ((8, 1e-5), (12, 3e-6), (16, 1e-6), (24, 3e-7), (32, 1e-7))
+# finest mesh on which a rattle is followed, and the coarsest whose scatter is believed
+_RATTLED = 151
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run on the way to an answer: model and policy, the angle found (rad, None: no snap), CPU seconds."""
+
+    model: str
+    policy: dict[str, Any]
+    value: float | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Where refinement came to.
+
+    Attributes
+    ----------
+    value: the angle, rad; None where the ribbon does not snap.
+    error: what may be wrong with it; infinite where the runs do not agree that there is a snap.
+    sensitive: whether refinement did not settle it.
+    runs: in their order.
+    history: the finest run.
+    """
+
+    value: float | None
+    error: float
+    sensitive: bool
+    runs: tuple[Run, ...]
+    history: History | None
+
+
+def limit_of(values: Sequence[float], meshes: Sequence[int]) -> tuple[float, float]:
+    """The limit of values on centred-clamp rods of these numbers of nodes, and its estimated error.
+
+    Parameters
+    ----------
+    values: two or more; only the last three count.
+    meshes: N of each, growing.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two values, or not as many meshes.
+    """
+    if len(values) != len(meshes) or len(values) < 2:
+        raise ValueError(f"values = {values!r}, meshes = {meshes!r}: two or more are needed, one of each")
+    recent, nodes = np.array(values[-3:]), np.array(meshes[-3:], dtype=float)
+    square = (nodes[0] - 2.0) ** 2 / (nodes - 2.0) ** 2
+
+    def limit(last: int) -> float:
+        powers = np.vander(square[-last:], last, increasing=True)
+        return float(np.linalg.solve(powers, recent[-last:])[0])
+
+    best = limit(len(recent))
+    reach = float(abs(best - recent[-1]))
+    if len(recent) == 2:
+        return best, reach * (0.12 * (29.0 / (nodes[0] - 2.0)) ** 2 + 25.0 * reach)
+    return best, abs(best - limit(2)) * (0.25 + 25.0 * reach)
+
+
+def _angle(history: History, quantity: str) -> float | None:
+    found = history.crossing(CROSSINGS[quantity])
+    return None if found is None else found[1]
+
+
+def _timed(
+    name: str, simulate: Callable[..., History], scene: Scene, quantity: str, policy: dict[str, Any]
+) -> tuple[Run, History]:
+    begin = time.process_time()
+    history = simulate(scene, **policy)
+    return Run(name, policy, _angle(history, quantity), time.process_time() - begin), history
+
+
+def _apart(a: float | None, b: float | None) -> float:
+    """Distance of two angles; none at all if both are missing, an infinite one if one is."""
+    if a is None or b is None:
+        return 0.0 if a is b else math.inf
+    return abs(a - b)
+
+
+def endless(scene: Scene) -> Scene:
+    """The scene with a stop: one that has none turns on for a whole turn, unless it snaps before."""
+    return replace(scene, stop=math.copysign(2.0 * math.pi, scene.rate)) if scene.stop is None else scene
+
+
+def _tenth(tolerance: float) -> float:
+    return float(f"{0.1 * tolerance:.6g}")
+
+
+def _rattles(history: History, scene: Scene) -> bool:
+    """Whether the ribbon still remembers its first snap when it passes z = 0."""
+    first, last = history.crossing("slope"), history.crossing("height")
+    if first is None or last is None:
+        return False
+    wait = last[0] - first[0]
+    # a ribbon that falls straight through takes a few t*
+    return wait > 5.0 * scene.ribbon.inertial_time and scene.damping * wait < _FORGOTTEN
+
+
+class _Rods:
+    """Runs of rods at one tolerance in time."""
+
+    def __init__(self, scene: Scene, quantity: str, tolerance: float, configurations: bool) -> None:
+        self.scene, self.quantity, self.tolerance = scene, quantity, tolerance
+        self.configurations = configurations
+        self.runs: list[Run] = []
+        self.meshes: list[int] = []
+        self.values: list[float | None] = []
+        self.history: History | None = None
+        self.failure: Exception | None = None
+
+    def add(self, nodes: int) -> None:
+        """Run on a mesh; one on which the start does not exist yet is passed over."""
+        policy = {
+            "nodes": nodes,
+            "tolerance": self.tolerance,
+            "configurations": self.configurations,
+            "until": "snap",
+        }
+        begin = time.process_time()
+        try:
+            run, self.history = _timed("der", der.simulate, self.scene, self.quantity, policy)
+        except (SceneError, SolverError) as error:
+            self.failure = error
+            self.runs.append(Run("der", policy, None, time.process_time() - begin))
+            return
+        self.runs.append(run)
+        self.meshes.append(nodes)
+        self.values.append(run.value)
+
+    def limit(self) -> tuple[float | None, float]:
+        """Value and error of what was run so far."""
+        recent = self.values[-3:]
+        found = [value for value in recent if value is not None]
+        if len(recent) < 2 or (found and len(found) < len(recent)):
+            return None, math.inf
+        if not found:
+            return None, 0.0
+        return limit_of(found, self.meshes[-3:])
+
+    def scattered(self) -> bool:
+        """Whether three meshes, none of them coarse, neither agree nor come closer to each other."""
+        recent = self.values[-3:]
+        if len(recent) < 3 or self.meshes[-1] < _RATTLED:
+            return False
+        a, b, c = (math.inf if value is None else value for value in recent)
+        if not math.isfinite(c):
+            return math.isfinite(a) or math.isfinite(b)
+        return abs(c - b) > SCATTER and not abs(c - b) < 0.6 * abs(b - a)
+
+
+def rods(
+    scene: Scene,
+    quantity: str,
+    tolerance: float,
+    laws: RibbonLaws,
+    *,
+    first: int = 1,
+    configurations: bool = False,
+) -> Settled:
+    """Run rods on finer and finer meshes until the limit of an instant has settled to a tolerance.
+
+    Parameters
+    ----------
+    scene: with or without `stop`.
+    quantity: "snap" or "first snap".
+    tolerance: rad.
+    laws: the meshes, and the error of the integration in time.
+    first: number of the finest mesh to begin with; two coarser ones go before it.
+
+    Raises
+    ------
+    SceneError, SolverError
+        If no mesh has the start state, or every run fails.
+    """
+    whole = endless(scene)
+    step, error_in_time = laws.tolerance(scene, tolerance)
+    ladder = list(laws.meshes[max(0, first - 2) :])
+    climbing = _Rods(whole, quantity, step, configurations)
+    begin = 2 if first < 2 else 3
+    while ladder and not climbing.values:
+        climbing.add(ladder.pop(0))
+    done: list[Run] = []
+    if quantity == "snap" and climbing.history is not None and _rattles(climbing.history, scene):
+        begin = 3
+        ladder = [nodes for nodes in ladder if nodes <= _RATTLED]
+        for last in (False, True):
+            # the same mesh again with smaller errors in time: what the rattle makes of them
+            again = _Rods(whole, quantity, _tenth(climbing.tolerance), configurations)
+            again.add(climbing.meshes[0])
+            moved = _apart(climbing.values[0], again.values[0]) if again.values else math.inf
+            error_in_time = max(error_in_time, 2.0 * moved)
+            if 4.0 * moved <= tolerance:
+                done += again.runs
+                break
+            done += climbing.runs
+            # another tenth would bring some fifth of it: not enough
+            if last or moved > 4.0 * tolerance:
+                value = again.values[0] if again.values else None
+                return Settled(value, 2.0 * moved, True, (*done, *again.runs), again.history)
+            climbing, error_in_time = again, 0.0
+    while True:
+        value, error = climbing.limit() if len(climbing.values) >= begin else (None, math.inf)
+        total = error + (error_in_time if value is not None else 0.0)
+        settled = total <= tolerance
+        if settled or climbing.scattered() or not ladder:
+            if climbing.history is None and climbing.failure is not None:
+                raise climbing.failure
+            return Settled(value, total, not settled, (*done, *climbing.runs), climbing.history)
+        climbing.add(ladder.pop(0))
+
+
+def beams(scene: Scene, tolerance: float) -> Settled:
+    """Run the extensible elastica on finer and finer meshes until its snap has settled to a tolerance.
+
+    Parameters and errors as in `rods`, of a planar scene; each run's error is its distance to the next.
+    """
+    whole = endless(scene)
+    runs: list[Run] = []
+    history: History | None = None
+    error = math.inf
+    for elements, local in BEAMS:
+        policy = {"elements": elements, "extensible": True, "tolerance": local, "until": "snap"}
+        run, history = _timed("elastica", elastica.simulate, whole, "snap", policy)
+        if runs:
+            error = _apart(runs[-1].value, run.value)
+        runs.append(run)
+        if error <= tolerance:
+            break
+    return Settled(runs[-1].value, error, error > tolerance, tuple(runs), history)
+
+
+def expected_steps(scene: Scene) -> float:
+    """Steps that a rod rings through after the first snap of two, some 250 a t*, or until the second."""
+    _, rate, damping, _ = beam_units(scene)
+    return 250.0 * min(10.0 / max(damping, 1e-9), 0.3 / rate)
