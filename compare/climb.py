@@ -94,7 +94,7 @@ def limit_of(values: Sequence[float], meshes: Sequence[int]) -> tuple[float, flo
     best = limit(len(recent))
     reach = float(abs(best - recent[-1]))
     if len(recent) == 2:
-        return best, reach * (0.12 * (29.0 / (nodes[0] - 2.0)) ** 2 + 25.0 * reach)
+        return best, reach * (0.12 * (29.0 / (meshes[-2] - 2.0)) ** 2 + 25.0 * reach)
     return best, abs(best - limit(2)) * (0.25 + 25.0 * reach)
 
 
