@@ -210,8 +210,8 @@ def random_ribbon(rng: np.random.Generator) -> Scene:
         rate, damping = 10.0 ** rng.uniform(-4.0, 0.0), 10.0 ** rng.uniform(-2.0, 2.0)
         scene = Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping, stop=3.0)
         try:
-            # a ramp too short to do anything, of a fine rod: does it have this start?
-            der.simulate(replace(scene, rate=1.0, stop=1e-6), nodes=151, configurations=False)
+            # a ramp too short to do anything: does the ribbon have this start?
+            der.simulate(replace(scene, rate=1.0, stop=1e-6), nodes=51, configurations=False)
         except SceneError:
             continue
         return scene

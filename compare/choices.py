@@ -81,8 +81,8 @@ def draw(count: int, seed: int) -> list[tuple[Scene, float]]:
             start = str(rng.choice(["U+S+", "U+S-"]))
             scene = Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping)
             try:
-                # a ramp too short to do anything: does a fine rod have this start?
-                der.simulate(replace(scene, rate=1.0, stop=1e-6), nodes=151, configurations=False)
+                # a ramp too short to do anything: does the ribbon have this start?
+                der.simulate(replace(scene, rate=1.0, stop=1e-6), nodes=51, configurations=False)
             except SceneError:
                 continue
         drawn.append((scene, tolerance))

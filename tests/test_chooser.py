@@ -1,0 +1,243 @@
+import math
+
+import numpy as np
+import pytest
+
+import compare
+import der
+from compare import choices, climb
+from compare.chooser import FLAT, Choice, _stable_to_its_fold, choose, stays_planar
+from compare.climb import limit_of
+from compare.laws import Policy, beam_units, shipped
+from ribbonfem import Ribbon, Scene, SceneError, elastica
+from ribbonfem.delay import universal
+from ribbonfem.policy import PolicyError
+
+PLANAR = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0)
+RATTLE = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.01, damping=0.1)
+
+
+def rod_limit(scene, meshes=(51, 101), tolerance=1e-5):
+    return limit_of([choices._rod(scene, n, tolerance) for n in meshes], meshes)[0]
+
+
+def test_choose_is_public():
+    assert compare.choose is choose
+    assert compare.choose(PLANAR, 1e-3).value == choose(PLANAR, 1e-3).value
+
+
+@pytest.mark.parametrize(
+    ("compression", "rate", "damping"), [(0.40, 0.1, 1.0), (0.05, 3e-3, 30.0), (0.25, 0.03, 0.05)]
+)
+def test_predicted_snaps_are_those_of_rods(compression, rate, damping):
+    scene = Scene(compression=compression, shear=0.0, start="U+", rate=rate, damping=damping)
+    chosen = choose(scene, 5e-4)
+    assert chosen.model == "prediction"
+    answer = chosen.run()
+    assert answer.met
+    assert not answer.runs
+    assert answer.seconds < 0.1
+    assert abs(answer.value - rod_limit(scene)) < max(answer.error, 2e-5)
+
+
+def test_the_mirror_image_snaps_at_the_opposite_angle():
+    mirrored = Scene(compression=0.40, shear=0.0, start="U-", rate=-0.1, damping=1.0, stop=-2.0)
+    assert choose(mirrored, 1e-3).run().value == -choose(PLANAR, 1e-3).run().value
+
+
+def test_a_ramp_that_stops_early_has_no_snap():
+    answer = choose(Scene(compression=0.40, shear=0.0, start="U+", stop=1.0), 1e-3).run()
+    assert answer.value is None
+    assert answer.met
+
+
+def test_where_no_law_was_measured_runs_check_each_other():
+    scene = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=0.0)
+    chosen = choose(scene, 1e-3)
+    assert chosen.model == "elastica"
+    assert "nu t*" in chosen.reason
+    answer = chosen.run()
+    assert answer.met
+    assert len(answer.runs) >= 2
+    assert abs(answer.value - rod_limit(scene)) < 1e-3
+
+
+def test_the_motion_takes_a_run_and_a_tighter_one_more_elements():
+    scene = Scene(compression=0.20, shear=0.0, start="U+", rate=0.1, stop=1.2)
+    truth = choose(scene, 1e-3).value
+    elements = []
+    for tolerance in (1e-2, 3e-4):
+        chosen = choose(scene, tolerance, motion=True)
+        answer = chosen.run()
+        assert answer.history is not None
+        assert abs(answer.value - truth) < tolerance
+        elements.append((chosen.model == "elastica") * chosen.policy["elements"])
+    assert elements[0] < elements[1]
+
+
+def test_the_quasi_linear_beam_where_it_is_good_enough():
+    # thin and nearly flat: neither stretch nor slope counts
+    scene = Scene(compression=0.1, shear=0.0, start="U+", rate=1e-3, stop=0.8, ribbon=Ribbon(thickness=0.01))
+    chosen = choose(scene, 1e-2, motion=True)
+    assert chosen.model == "quasilinear"
+    assert abs(chosen.run().value - choose(scene, 1e-4).value) < 1e-2
+
+
+def test_ribbons_climb_until_they_settle():
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0)
+    answer = choose(scene, 3e-4).run()
+    assert answer.met
+    fine = rod_limit(scene, (101, 151), 1e-6)
+    assert abs(answer.value - fine) < answer.error < 3e-4
+    # the coarsest mesh alone would not have done
+    assert abs(answer.runs[0].value - fine) > 3e-4
+
+
+def test_a_rattle_is_called_sensitive():
+    answer = choose(RATTLE, 1e-3).run()
+    assert answer.sensitive
+    assert not answer.met
+    assert answer.error > 1e-3
+
+
+def test_folds_without_a_motion():
+    scene = Scene(compression=0.37, shear=0.0, start="U+")
+    (fold,) = elastica.folds(scene, extensible=True)
+    tabulated, computed = (choose(scene, tolerance, "fold") for tolerance in (1e-4, 1e-6))
+    assert (tabulated.model, computed.model) == ("prediction", "elastica")
+    assert abs(tabulated.run().value - fold.angle) < 5e-6
+    assert computed.run().value == fold.angle
+    assert choose(Scene(shear=0.40), 1e-4, "fold").model == "kirchhoff"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "error", "message"),
+    [
+        ((PLANAR, -1.0), {}, PolicyError, "tolerance = -1.0"),
+        ((PLANAR, 1e-3, "energy"), {}, PolicyError, "quantity = 'energy'"),
+        ((PLANAR, 1e-3, "first snap"), {}, PolicyError, "quantity = 'first snap'"),
+        ((PLANAR, 1e-3), {"motion": True}, SceneError, "stop"),
+        ((PLANAR, 1e-3), {"motion": 1}, PolicyError, "motion"),
+    ],
+)
+def test_what_cannot_be_asked_for(arguments, options, error, message):
+    with pytest.raises(error, match=message):
+        choose(*arguments, **options)
+
+
+def test_a_start_that_does_not_exist_is_named():
+    with pytest.raises(SceneError, match=r"U\+S\+"):
+        choose(Scene(compression=0.40, shear=0.05), 1e-3).run()
+
+
+def test_soft_in_twist_it_leaves_the_plane():
+    soft = Ribbon(twist_ratio=0.4)
+    scene = Scene(compression=0.55, shear=0.0, start="U+", rate=0.1, ribbon=soft)
+    assert not stays_planar(scene)
+    assert choose(scene, 1e-3).model == "der"
+    assert stays_planar(Scene(compression=0.20, shear=0.0, start="U+", ribbon=soft))
+
+
+@pytest.mark.parametrize("compression", [0.1, 0.35, FLAT[0]])
+def test_the_bound_of_planar_stability_is_safe(compression):
+    _, bending, twisting = FLAT
+    ribbon = Ribbon(bending_ratio=bending, twist_ratio=twisting)
+    scene = Scene(compression=compression, shear=0.0, start="U+", rate=1.0, ribbon=ribbon)
+    assert _stable_to_its_fold(der.equilibria(scene, nodes=31, span=(-0.01, 1.6), unstable=1))
+
+
+@pytest.mark.parametrize(("compression", "thickness"), [(0.03, 0.02), (0.2, 0.01), (0.47, 0.003)])
+def test_tabulated_normal_forms(compression, thickness):
+    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=Ribbon(thickness=thickness))
+    (form,) = elastica.normal_forms(scene, elements=16, extensible=True)
+    tabulated = shipped().planar.fold(scene)
+    assert abs(tabulated.angle - form.angle) < 3e-6
+    assert abs(tabulated.product / form.product - 1.0) < 1e-5
+    for rate, damping in ((1e-3, 0.1), (0.1, 30.0)):
+        lag = damping * (form.product * rate) ** -0.2
+        delay = rate * (form.product * rate) ** -0.2 * universal(lag)
+        assert abs(shipped().planar.delay(form, rate, damping) / delay - 1.0) < 1e-5
+
+
+def test_laws_say_where_they_end():
+    laws = shipped().planar
+    assert not laws.outside(PLANAR)
+    assert "dL/L" in laws.outside(Scene(compression=0.6, shear=0.0, start="U+"))
+    assert "rate" in laws.outside(Scene(compression=0.4, shear=0.0, start="U+", rate=30.0))
+    assert "EA" in laws.outside(
+        Scene(compression=0.4, shear=0.0, start="U+", rate=0.3, ribbon=Ribbon(thickness=0.05))
+    )
+    assert Policy("elastica", 8, 1e-5) in laws.policies
+    # in the beam's own units the material and the length drop out
+    long = Ribbon(length=10.0, width=2.0, thickness=0.1, young=2e9)
+    other = Scene(compression=0.4, shear=0.0, start="U+", rate=0.02, ribbon=long)
+    assert math.isclose(beam_units(other)[3], beam_units(PLANAR)[3])
+    same = Scene(
+        compression=0.4,
+        shear=0.0,
+        start="U+",
+        rate=0.1 * PLANAR.ribbon.inertial_time / long.inertial_time,
+        damping=PLANAR.ribbon.inertial_time / long.inertial_time,
+        ribbon=long,
+    )
+    assert math.isclose(laws.predict(same).angle, laws.predict(PLANAR).angle, rel_tol=1e-12)
+
+
+def test_the_limit_of_meshes():
+    meshes = (31, 51, 76)
+    square = 1.0 / (np.array(meshes) - 2.0) ** 2
+    two, three = 0.5 + 2.0 * square[:2], 0.5 + 2.0 * square + 30.0 * square**2
+    assert math.isclose(limit_of(two.tolist(), meshes[:2])[0], 0.5, abs_tol=1e-12)
+    limit, error = limit_of(three.tolist(), meshes)
+    assert math.isclose(limit, 0.5, abs_tol=1e-12)
+    # the fourth order, which two meshes cannot see, is inside of what they claim
+    wrong, claimed = limit_of(three[1:].tolist(), meshes[1:])
+    assert 0.0 < abs(wrong - 0.5) < claimed
+    assert error < claimed
+    with pytest.raises(ValueError, match="two or more"):
+        limit_of([0.5], (31,))
+
+
+def test_snaps_that_meshes_do_not_share_are_not_extrapolated():
+    rods = climb._Rods(RATTLE, "snap", 1e-4, False)
+    rods.meshes, rods.values = [31, 51, 76], [0.4, None, 0.41]
+    assert rods.limit() == (None, math.inf)
+    rods.values = [None, None, None]
+    assert rods.limit() == (None, 0.0)
+    rods.meshes, rods.values = [101, 151, 201], [0.2, 0.4, 0.15]
+    assert rods.scattered()
+    rods.values = [0.2, 0.24, 0.25]
+    assert not rods.scattered()
+
+
+def test_scenes_of_the_check_are_drawn_once_and_for_all():
+    first, again, other = choices.draw(6, 3), choices.draw(6, 3), choices.draw(6, 4)
+    assert first == again != other
+    assert [scene.planar for scene, _ in first] == [True] * 3 + [False] * 3
+    assert all(1e-4 <= tolerance <= 1e-2 for _, tolerance in first)
+
+
+def test_the_check_tells_a_miss_from_an_honest_failure(monkeypatch):
+    scene = Scene(compression=0.3, shear=0.0, start="U+", rate=0.02)
+    truth = choose(scene, 1e-3).value
+    monkeypatch.setattr(choices, "reference", lambda _: (truth, 1e-6))
+    assert choices.judge(scene, 1e-3).verdict == "met"
+
+    def claim(value, estimate):
+        choice = Choice(scene, "snap", 1e-3, "prediction", {}, estimate, 0.0, "", value)
+        monkeypatch.setattr(choices, "choose", lambda *_: choice)
+        return choices.judge(scene, 1e-3).verdict
+
+    assert claim(truth + 2e-3, 1e-4) == "missed"
+    assert claim(truth + 2e-3, 1e-2) == "told"
+    monkeypatch.setattr(choices, "reference", lambda _: (truth, 1e-2))
+    assert claim(truth + 2e-3, 1e-4) == "sensitive"
+
+
+@pytest.mark.slow
+def test_two_dozen_scenes(tmp_path):
+    section = choices.main(out=tmp_path, scenes=24, seed=11)
+    verdicts = [scene["verdict"] for scene in section.values["scenes"]]
+    assert verdicts.count("met") >= 0.95 * (len(verdicts) - verdicts.count("sensitive"))
+    assert verdicts.count("missed") == 0
+    assert (tmp_path / "choices-check.png").exists()
