@@ -20,7 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ribbonfem.continuation import Steps, at_parameter, first_point, trace
+from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
@@ -28,7 +28,7 @@ from ribbonfem.scene import Scene
 from . import kernels
 from .rod import Rod, RodState
 from .states import start_state
-from .statics import Statics
+from .statics import Statics, default_steps
 
 METHODS = MappingProxyType(
     {
@@ -183,13 +183,13 @@ def _lowest_saddle(rod: Rod, state: RodState, angle: float) -> float:
 
     -inf if there is none: nothing is then decided early.
     """
-    problem = Statics(rod)
+    problem, steps = Statics(rod), default_steps(rod)
     energies = []
     for sign in (-1.0, 1.0):
-        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0)):
+        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
             ends = segment.start.parameter - angle, segment.end.parameter - angle
             if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
-                energies.append(problem.energy(at_parameter(problem, segment, angle, Steps()).state))
+                energies.append(problem.energy(at_parameter(problem, segment, angle, steps).state))
     return min(energies, default=-np.inf)
 
 

@@ -27,6 +27,8 @@ from .statics import Statics
 _FLAT = 1e-6
 # nodes of the rod that is sheared on the way to a finer one, and its longest step in dW/L
 _COARSE, _STRIDE = 25, 0.1
+# steps that follow a sheet closely
+_CLOSE = 0.02
 
 
 def planar(rod: Rod) -> RodState:
@@ -127,11 +129,10 @@ def _softest(problem: Statics, state: RodState) -> Array:
     return np.asarray(mode / np.abs(mode).max())
 
 
-def _sheared(rod: Rod, *, breaking: bool, longest: float = 0.02) -> RodState | None:
+def _sheared(rod: Rod, *, breaking: bool, longest: float = _CLOSE) -> RodState | None:
     """The state reached from planar U+ by shearing; stable if `breaking`, else the symmetric one.
 
-    Steps in dW/L are at most `longest`; two hundredths follow a sheet closely.  None if the
-    symmetric state does not exist that far.
+    Steps in dW/L are at most `longest`.  None if the symmetric state does not exist that far.
     """
     problem = Statics(rod, "shear")
     target = rod.scene.shear
@@ -168,9 +169,11 @@ def _sheared(rod: Rod, *, breaking: bool, longest: float = 0.02) -> RodState | N
     return state
 
 
-def _images(rod: Rod, state: RodState) -> dict[str, RodState]:
-    """A state and its images under the symmetries, by name."""
-    found = {}
+def _images(rod: Rod, state: RodState | None) -> dict[str, RodState]:
+    """A state and its images under the symmetries, by name; none of none."""
+    found: dict[str, RodState] = {}
+    if state is None:
+        return found
     for image in (state, mirrored(state), reversed_(state), mirrored(reversed_(state))):
         found[name(rod, image)] = image
     return found
@@ -184,9 +187,7 @@ def stable_states(rod: Rod) -> dict[str, RodState]:
     if plain is not None and problem.linearise(plain, 0.0).index == 0:
         states.update(_images(rod, plain))
     if not rod.scene.planar:
-        broken = _sheared(rod, breaking=True)
-        if broken is not None:
-            states.update(_images(rod, broken))
+        states.update(_images(rod, _sheared(rod, breaking=True)))
     states.pop("", None)
     return states
 
@@ -208,6 +209,15 @@ def _refined(rod: Rod, coarse: Rod, state: RodState) -> RodState:
     return refined
 
 
+def _by_strides(rod: Rod) -> RodState | None:
+    """The scene's start by long steps in shear; None if they lose the way, as close to a pitchfork."""
+    try:
+        broken = _sheared(rod, breaking=True, longest=_STRIDE)
+    except SolverError:
+        return None
+    return _images(rod, broken).get(rod.scene.start)
+
+
 def _from_coarse(rod: Rod) -> RodState | None:
     """The scene's start by way of a coarse rod, at a fraction of the work; None if that does not lead there.
 
@@ -216,13 +226,12 @@ def _from_coarse(rod: Rod) -> RodState | None:
     """
     coarse = Rod(rod.scene, _COARSE, rod.clamp)
     wanted = rod.scene.start
+    start = _by_strides(coarse)
+    if start is None:
+        return None
     try:
-        broken = _sheared(coarse, breaking=True, longest=_STRIDE)
-        images = _images(coarse, broken) if broken is not None else {}
-        if wanted not in images:
-            return None
         problem = Statics(rod)
-        relaxed = relax(problem, _refined(rod, coarse, images[wanted]), 0.0, most=60)
+        relaxed = relax(problem, _refined(rod, coarse, start), 0.0, most=60)
         state, line = equilibrium(problem, relaxed, 0.0)
     except SolverError:
         return None
@@ -239,6 +248,7 @@ def start_state(rod: Rod) -> RodState:
     SolverError
         If the pre-deformation fails.
     """
+    rod.scene.require_isolated()
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:
         if rod.nodes >= 2 * _COARSE:
@@ -246,10 +256,9 @@ def start_state(rod: Rod) -> RodState:
             if found is not None:
                 return found
         # the common case: no need to look at the symmetric state too
-        broken = _sheared(rod, breaking=True)
-        images = _images(rod, broken) if broken is not None else {}
-        if wanted in images:
-            return images[wanted]
+        found = _by_strides(rod) or _images(rod, _sheared(rod, breaking=True)).get(wanted)
+        if found is not None:
+            return found
     states = stable_states(rod)
     if wanted not in states:
         there = ", ".join(sorted(states)) or "none"

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
+from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, Steps
 from ribbonfem.results import Array
 
 from . import kernels
 from .rod import Rod, RodState
 
 PARAMETERS = ("angle", "compression", "shear")
+
+
+def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
+    """The step control given, or the one that suits the rod's thickness.
+
+    A point's tangent and index come from the state one Newton increment before it.  An increment
+    along an edge changes its tension by EA / EI2 times as much, so that in a thin ribbon even a
+    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.
+    """
+    return steps or Steps(tolerance=min(1e-7, 1.2e-2 / rod.scene.ribbon.stretch_ratio))
 
 
 class Statics:

@@ -11,7 +11,7 @@ from ribbonfem.scene import Scene
 
 from .rod import Rod
 from .states import start_state
-from .statics import Statics
+from .statics import Statics, default_steps
 
 
 def folds(
@@ -24,7 +24,7 @@ def folds(
     scene: planar or sheared.
     nodes: N, at least 7; the error falls as N^-2 with the centred clamp and N^-1 with the other.
     clamp: "centred" or "two-node" (see `der.rod`).
-    steps: continuation step control.
+    steps: continuation step control; None for one that suits the thickness.
 
     Raises
     ------
@@ -35,9 +35,8 @@ def folds(
     """
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)
-    return tuple(
-        as_fold(problem, event.point) for event in ramp_folds(problem, start_state(rod), scene, steps)
-    )
+    found = ramp_folds(problem, start_state(rod), scene, default_steps(rod, steps))
+    return tuple(as_fold(problem, event.point) for event in found)
 
 
 def normal_forms(
@@ -48,7 +47,7 @@ def normal_forms(
     Parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    return ramp_normal_forms(Statics(rod), start_state(rod), scene)
+    return ramp_normal_forms(Statics(rod), start_state(rod), scene, default_steps(rod, steps))
 
 
 def equilibria(
@@ -66,6 +65,7 @@ def equilibria(
     and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    curve = whole_curve(Statics(rod), start_state(rod), interval("span", span), steps, unstable)
+    within, control = interval("span", span), default_steps(rod, steps)
+    curve = whole_curve(Statics(rod), start_state(rod), within, control, unstable)
     policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
     return curve.as_branch(scene, policy)

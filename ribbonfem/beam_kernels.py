@@ -800,7 +800,9 @@ def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     if ramp.fixed > 0.0:
         h = min(h, nominal)
         return rest if rest <= h * (1.0 + 1e-6) else h
-    h = min(h, ramp.largest)
+    if clock[PHASE] == 0.0:
+        # of a turn alone: after a tiny one a long hold would never end
+        h = min(h, ramp.largest)
     if rest <= 1.001 * h:
         return rest
     return 0.5 * rest if rest < 2.0 * h else h

@@ -29,7 +29,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from .closed_form import closed_form_fold
-from .continuation import Event, Point, Problem, State
+from .continuation import Event, Point, Problem, State, Steps
 from .curves import ramp_folds
 from .results import Array, SolverError
 from .scene import Scene
@@ -221,9 +221,11 @@ def normal_form(problem: InertialProblem[State], fold: Event[State]) -> NormalFo
     return NormalForm(float(point.parameter), c * a2 / problem.unit**4)
 
 
-def ramp_normal_forms(problem: InertialProblem[State], start: State, scene: Scene) -> tuple[NormalForm, ...]:
+def ramp_normal_forms(
+    problem: InertialProblem[State], start: State, scene: Scene, steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp of the scene meets, in order."""
-    return tuple(normal_form(problem, fold) for fold in ramp_folds(problem, start, scene))
+    return tuple(normal_form(problem, fold) for fold in ramp_folds(problem, start, scene, steps))
 
 
 def frequency(problem: InertialProblem[State], state: State, parameter: float) -> float:

@@ -195,7 +195,8 @@ def pitchforks(
 ) -> Pitchforks:
     """The shears at which the states of a ribbon fork at alpha = 0 (paper, appendix B).
 
-    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways, and these are not defined.
+    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways; these are then on the mirror
+    image of its curve, which turns back to the other side.
 
     Parameters
     ----------

@@ -118,12 +118,22 @@ def _unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
     """The curve of U+ in the shear, from 0 to `limit`."""
     compression = problem.clamps.compression
     first = first_point(problem, problem.buckled(compression), 0.0, 1.0)
-    yield from trace(problem, first, (-limit, limit), _steps(compression), unstable=8)
+    for segment in trace(problem, first, (-limit, limit), _steps(compression), unstable=8):
+        yield segment
+        if segment.end.parameter < 0.0:
+            break
+    else:
+        return
+    # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to negative shears;
+    # its mirror image goes on where US is looked for
+    back = first_point(problem, sheared_back(segment.end.state), -segment.end.parameter, 1.0)
+    yield from trace(problem, back, (-limit, limit), _steps(compression), unstable=8)
 
 
 def _forked(problem: Statics, event: Event[Frames], limit: float) -> Iterator[Segment[Frames]]:
     """The curve that forks from U at `event`, to the shear `limit` or past its tip, where z(1/2) = 0."""
-    if event.point.parameter < 0.0:
+    if event.point.parameter < 1e-6:
+        # a fork at no shear is the free turning of a rod of one stiffness
         return
     steps = _steps(problem.clamps.compression)
     amplitude = steps.first
@@ -188,9 +198,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
     for segment in _unbroken(problem, shear):
         events.extend(segment.events)
         if segment.last == "span":
-            # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to -shear
-            state = segment.end.state if segment.end.parameter > 0.0 else sheared_back(segment.end.state)
-            found["U"] = state, segment.end.index
+            found["U"] = segment.end.state, segment.end.index
     for event in events:
         if event.kind != "branch point" or "US" in found or "S" in found:
             continue
@@ -234,6 +242,7 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
     SceneError
         If it is not a stable equilibrium there; the message names those that are.
     """
+    scene.require_isolated()
     sheared = _in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
     found = families(sheared, shear)
@@ -264,7 +273,7 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
         for event in segment.events:
             if segment.end.index > segment.start.index and broken is None:
                 broken = event
-            elif segment.end.index == 0 and segment.start.index == 1:
+            elif broken is not None and segment.end.index == 0 and segment.start.index == 1:
                 restored = event.point
         if restored is not None:
             break

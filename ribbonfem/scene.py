@@ -186,6 +186,14 @@ class Scene:
         if not self.planar:
             raise SceneError(f"Scene.shear = {self.shear!r}: {model} is planar and takes only shear = 0")
 
+    def require_isolated(self) -> None:
+        """Raise a `SceneError` if the states are not isolated: a rod of one stiffness without shear."""
+        if self.planar and self.ribbon.bending_ratio == 1.0:
+            raise SceneError(
+                "Ribbon.bending_ratio = 1.0: without shear the buckled rod turns freely about the x axis, so "
+                "that no state of it is a stable equilibrium; another ratio, or a shear, is needed"
+            )
+
     def require_stop(self) -> float:
         """Return `stop`, or raise a `SceneError` if a simulation is asked of a scene without it."""
         if self.stop is None:

@@ -1,0 +1,197 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import der
+from compare import hard_cases, hard_statics, stability
+from compare.hard_cases import CASES, KNOWN, OWN, Hard
+from ribbonfem import History, Ribbon, Scene, SceneError, elastica, kirchhoff, quasilinear
+
+BY_NAME = {case.name: case for case in CASES}
+RIGHT = (stability.GOOD, stability.LOSSY)
+PHYSICAL = [
+    (case.name, model)
+    for case in CASES
+    for model in stability.METHODS
+    if (model == hard_cases.RODS or case.scene.planar) and model not in dict(case.refused)
+]
+QUICK = (
+    "h/L 1e-4",
+    "h/L 0.05, W < h",
+    "EI1/EI2 1",
+    "EI1/EI2 1e4",
+    "dW 1e-6",
+    "above the pitchfork, U+S+",
+    "nearly taut, dW 0.79",
+    "stop 1e-6 past the fold",
+    "rate 1e-6, nu 1e5",
+    "silicon, 0.3 mm",
+)
+
+
+def made_up(height, *, kinetic=1.0, dissipated=0.0, rate=0.5, damping=0.0):
+    """A motion with given heights over one second, whose energies can be made wrong."""
+    scene = Scene(compression=0.4, shear=0.37, start="U+S-", rate=rate, stop=rate, damping=damping)
+    time = np.linspace(0.0, 1.0, len(height))
+    energies = {
+        "kinetic": np.full(len(height), 1.0) * np.sin(np.pi * time) ** 2 * kinetic,
+        "elastic": 10.0 - np.sin(np.pi * time) ** 2,
+        "dissipated": np.full(len(height), dissipated) * time,
+        "work": np.zeros(len(height)),
+    }
+    stats = {"steps": len(height), "rejected": 3, "seconds": 0.1, "newton_iterations": 1}
+    return History(time, rate * time, np.asarray(height), np.zeros(len(height)), energies, {}, stats, scene)
+
+
+@pytest.mark.parametrize(
+    ("shift", "change", "status", "note"),
+    [
+        (0.0, {}, stability.GOOD, ""),
+        (0.0, {"kinetic": 1.5}, stability.WRONG, "gains"),
+        (0.0, {"kinetic": 0.5}, stability.LOSSY, "loses"),
+        (0.05, {}, stability.WRONG, "off by"),
+        (9.0, {}, stability.WRONG, "one snaps"),
+        (0.0, {"kinetic": np.nan}, stability.WRONG, "not finite"),
+    ],
+)
+def test_a_made_up_motion_is_judged(shift, change, status, note):
+    time = np.linspace(0.0, 1.0, 201)
+    truth = made_up(0.5 - time)
+    case = Hard("made up", truth.scene)
+    found = stability.judge_run(
+        case, hard_cases.RODS, stability.DEFAULT, made_up(0.5 - time + shift, **change), truth
+    )
+    assert found.status == status, found
+    assert note in found.note
+
+
+def test_growth_under_damping_is_unresolved_unless_the_result_is_right():
+    time = np.linspace(0.0, 1.0, 201)
+    truth = made_up(0.5 - time, damping=1.0)
+    case = Hard("made up", truth.scene)
+    for shift, status in ((0.0, stability.GOOD), (0.01, stability.UNRESOLVED)):
+        motion = made_up(0.5 - time + shift, dissipated=0.5, damping=1.0)
+        assert stability.judge_run(case, hard_cases.RODS, "newmark", motion, truth).status == status
+
+
+def test_waits_and_heights_are_compared_where_there_is_no_snap_on_the_ramp():
+    time = np.linspace(0.0, 1.0, 201)
+    truth = made_up(0.5 - time)
+    early = replace(truth.scene, rate=2.0, stop=0.5, hold=0.75)
+    waiting = stability.deviation(Hard("x", early), made_up(0.525 - time), truth)
+    assert waiting.unit == "wait"
+    assert np.isclose(waiting.error, 0.025 / 0.25)
+    level = stability.deviation(Hard("x", truth.scene, snap=""), made_up(0.51 - time), truth)
+    assert level.unit == "L"
+    assert np.isclose(level.error, 0.01)
+
+
+def test_cases_have_names_of_their_own_and_durations():
+    assert len(BY_NAME) == len(CASES) == len(KNOWN) + len(OWN)
+    assert len(KNOWN) == 18
+    assert len(OWN) >= 18
+    case = Hard("x", Scene(compression=0.4, shear=0.37, start="U+S-", rate=-0.5, stop=-1.0, hold=3.0))
+    assert case.duration == 5.0
+    assert 5e-6 < stability.explicit_step(case) < 1e-5
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_the_default_steps_of_the_rods_give_the_right_result(name):
+    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (stability.DEFAULT,))
+    assert found.status in RIGHT, found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "model"), PHYSICAL)
+def test_default_steps_give_the_right_result_in_every_physical_case(name, model):
+    (found,) = stability.judge(BY_NAME[name], model, (stability.DEFAULT,))
+    assert found.status in RIGHT, found
+
+
+def test_hard_cases_never_wrong():
+    for name in ("nu 10, step 5 s", "rate 1000", "11 nodes"):
+        methods = ("implicit-euler", "midpoint", "generalised-alpha")
+        for verdict in stability.judge(BY_NAME[name], hard_cases.RODS, methods):
+            assert verdict.status != stability.WRONG, verdict
+            assert verdict.status != stability.RAISED or len(verdict.note) > 20
+
+
+def test_mirror_images_move_alike():
+    for start, image in (("U+S-", "U-S-"), ("U+S+", "U-S+")):
+        scene = Scene(compression=0.4, shear=0.37, start=start, rate=0.5, stop=0.8)
+        back = replace(scene, start=image, rate=-0.5, stop=-0.8)
+        there, mirrored = (
+            der.simulate(s, nodes=31, until="snap", configurations=False).crossing() for s in (scene, back)
+        )
+        assert there is not None
+        assert mirrored is not None
+        assert abs(there[1] + mirrored[1]) < 1e-5
+
+
+def test_ribbons_of_other_sizes_move_alike():
+    """In the ribbon's own units of length and time a small ribbon of steel is a large one of rubber."""
+    angles = []
+    for ribbon in (hard_cases.STEEL, hard_cases.RUBBER):
+        unit = ribbon.inertial_time
+        scene = Scene(
+            compression=0.4,
+            shear=0.37,
+            start="U+S-",
+            rate=0.5 / unit,
+            stop=0.8,
+            damping=1 / unit,
+            ribbon=ribbon,
+        )
+        angles.append(der.simulate(scene, nodes=31, until="snap", configurations=False).crossing()[1])
+    assert abs(angles[0] - angles[1]) < 1e-9
+
+
+def test_folds_of_very_thin_rods():
+    scene = Scene(compression=0.4, shear=0.37, start="U+S+", ribbon=hard_cases.THINNEST)
+    angles = np.array([[fold.angle for fold in der.folds(scene, nodes=nodes)] for nodes in (41, 51)])
+    limit = angles[1] + (angles[1] - angles[0]) / ((49 / 39) ** 2 - 1.0)
+    exact = [fold.angle for fold in kirchhoff.folds(scene, extensible=True)]
+    assert np.allclose(limit, exact, atol=1e-4)
+
+
+@pytest.mark.parametrize("beam", [elastica, quasilinear])
+def test_a_long_hold_after_a_tiny_turn_ends(beam):
+    history = beam.simulate(BY_NAME["planar, stop at 1e-6"].scene)
+    assert history.stats["steps"] < 200
+
+
+def test_a_rod_of_one_stiffness_has_no_isolated_planar_state():
+    ribbon = Ribbon(bending_ratio=1.0)
+    planar = Scene(compression=0.4, shear=0.0, start="U+", ribbon=ribbon)
+    for verb in (der.folds, der.equilibria, kirchhoff.folds, kirchhoff.equilibria):
+        with pytest.raises(SceneError, match=r"bending_ratio = 1\.0"):
+            verb(planar)
+    assert kirchhoff.stable_states(Scene(compression=0.4, shear=0.1, start="U+", ribbon=ribbon))
+
+
+def test_states_of_a_nearly_closed_ribbon():
+    """Beyond dL/L = 0.905 the curve of U in the shear turns to the other side; US is found from there."""
+    scene = Scene(compression=0.95, shear=0.3, start="U+S+")
+    (fold,) = kirchhoff.folds(scene, extensible=True)
+    (coarse,), (fine,) = (der.folds(scene, nodes=nodes) for nodes in (101, 151))
+    limit = fine.angle + (fine.angle - coarse.angle) / ((149 / 99) ** 2 - 1.0)
+    assert abs(limit - fold.angle) < 2e-5
+
+
+def test_scenes_at_rest_are_judged():
+    scenes = hard_statics.static_scenes()
+    assert len(scenes) > 36
+    name = "planar, EI1/EI2 1.5"
+    verdicts = {(v.model, v.verb): v for v in hard_statics.judge_statics(name, scenes[name])}
+    assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.REFUSED
+    assert "branch point" in verdicts[hard_cases.RODS, "folds"].note
+    assert verdicts[hard_cases.ELASTICA, "folds"].status == hard_statics.GOOD
+    assert verdicts[hard_cases.ELASTICA, "folds"].error < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(hard_statics.static_scenes()))
+def test_no_scene_at_rest_is_wrong(name):
+    for verdict in hard_statics.judge_statics(name, hard_statics.static_scenes()[name]):
+        assert verdict.status != hard_statics.WRONG, verdict
