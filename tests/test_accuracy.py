@@ -1,0 +1,181 @@
+import inspect
+import json
+
+import numpy as np
+import pytest
+
+import der
+from compare import accuracy
+from compare.__main__ import main as command
+from compare.accuracy_cases import CASES, FAMILIES, GROUPS, default_policy, entries
+from compare.accuracy_fronts import Choice, distance, front, ranking
+from compare.accuracy_references import euler, reference, small_slopes
+from compare.report import write_section
+from ribbonfem import Scene, elastica, quasilinear
+
+REST = Scene(compression=0.40, shear=0.0, start="U+")
+
+
+def choice(label, seconds, error, default=False, **policy):
+    errors = {"snap": error, "shape": error}
+    return Choice("dynamic-planar", "elastica", label, policy, default, 1, errors, errors, seconds)
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    out = tmp_path_factory.mktemp("accuracy")
+    section = accuracy.main(out=out, group="static-planar", model="quasilinear", rounds=1, processes=1)
+    write_section(section, out)
+    return out, section
+
+
+def test_a_small_report(beam):
+    out, section = beam
+    values = section.values
+    json.dumps(values)
+    assert {row["family"] for row in values["rows"]} == {"quasilinear"}
+    assert all(row["seconds"] > 0.0 and row["dofs"] > 0 for row in values["rows"])
+    assert (out / "accuracy-fronts.png").exists()
+    assert (out / "accuracy-orders.png").exists()
+    (default,) = values["defaults"]
+    elements = inspect.signature(quasilinear.folds).parameters["elements"].default
+    assert default["policy"] == f"elements={elements}"
+    for name, factor in default["distances"].items():
+        assert factor >= 0.99, name
+    order = next(o for o in values["orders"] if o["quantity"] == "fold")
+    assert abs(order["order"] - 4.0) < 0.1
+    assert all(ref["verified"] for ref in values["references"].values())
+
+
+@pytest.mark.parametrize("which", [0, -1])
+def test_a_row_computed_alone_is_the_same(beam, which):
+    out, section = beam
+    record = section.values["rows"][which]
+    assert record["command"] == f"ribbonfem accuracy --row {record['key']}"
+    alone = accuracy.main(out=out, row=record["key"], rounds=1, processes=1)
+    assert alone.name == "accuracy-row"
+    assert alone.values["row"]["errors"] == record["errors"]
+    assert alone.values["row"]["values"] == record["values"]
+
+
+def test_the_command_of_a_row_runs_and_leaves_the_report(beam, capsys):
+    out, section = beam
+    before = (out / "accuracy.json").read_bytes()
+    record = section.values["rows"][3]
+    status = command([*record["command"].split()[1:], "--rounds", "1", "--json", "--out", str(out)])
+    assert status == 0
+    assert json.loads(capsys.readouterr().out)["row"]["errors"] == record["errors"]
+    assert (out / "accuracy.json").read_bytes() == before
+
+
+def test_a_second_run_is_compared_with_the_first(beam):
+    out, _ = beam
+    again = accuracy.main(
+        out=out, group="static-planar", model="quasilinear", rounds=1, processes=1, orders=False
+    )
+    assert again.values["ranking"]["error_change"] == 0.0
+    assert again.values["ranking"]["pairs"] == 15
+    assert any("the run before" in line for line in again.text)
+
+
+def test_a_row_in_motion():
+    key = "dynamic-planar/0.40-rate1-nu0.1/quasilinear/elements=16,method=tr-bdf2,tolerance=1e-05"
+    section = accuracy.main(out=None, row=key, rounds=1, processes=1)
+    errors = section.values["row"]["errors"]
+    assert set(errors) == {"snap", "shape", "energy", "balance"}
+    assert 1e-6 < errors["snap"] < 1e-3
+    assert section.values["row"]["steps"] > 50
+    assert section.values["reference"]["verified"]
+
+
+def test_rows_have_names_of_their_own():
+    keys = []
+    for group in GROUPS:
+        for family in (f for f in FAMILIES if group in f.groups and f.model != "kirchhoff"):
+            found = entries(group, family)
+            cases = sum(case.group == group for case in CASES)
+            assert sum(entry.default for entry in found) == cases
+            keys += [entry.key for entry in found]
+    assert len(set(keys)) == len(keys)
+    assert not any(" " in key for key in keys)
+
+
+def test_defaults_are_those_of_the_models():
+    parameters = inspect.signature(der.simulate).parameters
+    family = next(f for f in FAMILIES if f.name == "der")
+    policy = default_policy(family, True)
+    assert policy["nodes"] == parameters["nodes"].default
+    assert policy["method"] == parameters["method"].default
+    assert policy["tolerance"] > 0.0
+    assert "step" not in policy
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"group": "static"}, "group = 'static'.*static-planar"),
+        ({"model": "beam"}, "model = 'beam'.*kirchhoff"),
+        ({"group": "dynamic-ribbon", "model": "elastica"}, "not in the group"),
+        ({"row": "static-planar/0.40/elastica/elements=5"}, "row = .*GROUP/CASE/FAMILY/POLICY"),
+        ({"rounds": 0}, "rounds = 0"),
+    ],
+)
+def test_options_that_cannot_be(options, named, tmp_path):
+    with pytest.raises(ValueError, match=named):
+        accuracy.main(out=tmp_path, **options)
+
+
+def test_front_and_distance():
+    found = [
+        choice("a", 1.0, 1e-2),
+        choice("b", 4.0, 1e-4),
+        choice("c", 4.0, 1e-3),
+        choice("equal", 5.0, 0.99e-4),
+        choice("d", 16.0, 1e-6),
+        choice("worse", 20.0, 1e-2),
+    ]
+    members = front(found, "snap")
+    assert [member.label for member in members] == ["a", "b", "d"]
+    assert np.isclose(distance(found[1], members, "snap"), 1.0)
+    assert distance(found[3], members, "snap") < 1.3
+    # half way in log error lies half way in log time
+    assert np.isclose(distance(found[2], members, "snap"), 2.0)
+    assert np.isclose(distance(found[5], members, "snap"), 20.0)
+
+
+def test_ranking_counts_what_changed():
+    def report(seconds, members):
+        rows = [choice(label, s, 1e-3).record() for label, s in zip("abc", seconds, strict=True)]
+        fronts = [{"group": "g", "family": "f", "quantity": "snap", "members": members}]
+        return {"choices": rows, "fronts": fronts, "rows": []}
+
+    first = report((1.0, 2.0, 2.05), ["a", "b"])
+    same = ranking(first, first)
+    assert (same.pairs, same.swapped, same.clear, same.front_changed) == (3, 0, 2, 0)
+    assert same.correlation == 1.0
+    tie = ranking(first, report((1.0, 2.1, 2.05), ["a", "c"]))
+    assert (tie.swapped, tie.clear_swapped, tie.front_changed, tie.front_size) == (1, 0, 2, 3)
+    other = ranking(first, report((3.0, 2.0, 2.05), ["a", "b"]))
+    assert other.clear_swapped == 2
+    assert ranking({}, first) is None
+
+
+def test_closed_forms_of_the_start_state():
+    exact = euler(REST)
+    history = elastica.simulate(Scene(compression=0.40, shear=0.0, start="U+", stop=1e-9), elements=48)
+    assert abs(history.energies["elastic"][0] - exact.energy) < 1e-8
+    assert abs(history.height[0] - exact.height) < 1e-9
+    beam = quasilinear.simulate(Scene(compression=0.40, shear=0.0, start="U-", stop=1e-9), elements=64)
+    other = small_slopes(Scene(compression=0.40, shear=0.0, start="U-"))
+    assert abs(beam.energies["elastic"][0] - other.energy) < 1e-5
+    assert abs(beam.height[0] - other.height) < 1e-7
+    assert np.allclose(beam.configurations["positions"][0, -1], other.shape.r[-1], atol=1e-6)
+
+
+def test_references_at_rest_confirm_each_other():
+    case = next(c for c in CASES if c.group == "static-planar")
+    family = next(f for f in FAMILIES if f.name == "elastica")
+    found = reference(case, family)
+    assert found.verified
+    assert max(found.checks.values()) < 1e-10
+    assert abs(found.values["fold"][0] - 1.1230897421) < 1e-9
