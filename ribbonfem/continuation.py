@@ -105,7 +105,12 @@ def at_parameter(
         ) from error
     state = problem.advance(near.state, np.zeros_like(near.direction), target)
     state, line = equilibrium(problem, state, target)
-    direction, rate = tangent(problem, line, near.direction, near.rate)
+    try:
+        direction, rate = tangent(problem, line, near.direction, near.rate)
+    except Failed as error:
+        raise SolverError(
+            f"the curve of equilibria has no tangent at parameter {target:.9g}; take a finer mesh"
+        ) from error
     return Point(state, target, direction, rate, line.index, line, near.step, near.iterations)
 
 

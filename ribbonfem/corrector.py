@@ -179,9 +179,17 @@ def equilibrium(
 def tangent(
     problem: Problem[State], line: Linearisation, direction: Array, rate: float
 ) -> tuple[Array, float]:
-    """Unit tangent with a positive component along (direction, rate)."""
+    """Unit tangent with a positive component along (direction, rate).
+
+    Raises
+    ------
+    Failed
+        If there is none: the factorisation broke down, as it may on a mesh far too coarse.
+    """
     row, corner = problem.weight * direction, problem.parameter_weight * rate
     u, p = bordered_solve(line, row, corner, np.zeros_like(direction), 1.0)
+    if not (abs(p) < 1e100 and np.abs(u).max() < 1e100):
+        raise Failed
     size = norm(problem, u, p)
     return u / size, p / size
 

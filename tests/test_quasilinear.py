@@ -3,7 +3,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from ribbonfem import Scene, SceneError, quasilinear
+from ribbonfem import Scene, SceneError, SolverError, quasilinear
 from ribbonfem.hermite import hermite_basis
 from ribbonfem.policy import PolicyError
 
@@ -120,3 +120,9 @@ def test_hermite_element_keeps_digits_on_short_shifted_elements():
     assert np.abs(fields[0] + fields[2] - 1).max() < 1e-15
     assert np.abs(fields[0].hess + fields[2].hess).max() < 1e-9 * np.abs(fields[0].hess).max()
     assert hermite_basis(5).N == 12
+
+
+def test_a_mesh_far_too_coarse_fails_loudly():
+    # four elements happen to make the matrix singular where the curve passes its start again
+    with pytest.raises(SolverError, match="finer mesh"):
+        quasilinear.folds(Scene(compression=0.10, shear=0.0, start="U+"), elements=4)
