@@ -117,18 +117,21 @@ class Choice:
             settled = _slow(self)
         elif self.model == "der":
             first = int(self.policy["first"])
-            settled = climb.rods(
+            settled = climb.stopped(
                 self.scene,
-                self.quantity,
-                self.tolerance,
-                shipped().ribbon,
-                first=first,
-                configurations=self.motion,
+                lambda scene: climb.rods(
+                    scene,
+                    self.quantity,
+                    self.tolerance,
+                    shipped().ribbon,
+                    first=first,
+                    configurations=self.motion,
+                ),
             )
         elif "elements" in self.policy:
             settled = _once(self)
         else:
-            settled = climb.beams(self.scene, self.tolerance)
+            settled = climb.stopped(self.scene, lambda scene: climb.beams(scene, self.tolerance))
         met = not settled.sensitive and settled.error <= self.tolerance
         seconds = time.process_time() - begin
         return Answer(

@@ -35,6 +35,8 @@ SCATTER = 0.02
 _FORGOTTEN = 12.0
 # meshes and tolerances of the elastica, each to be checked by the next
 BEAMS = ((8, 1e-5), (12, 3e-6), (16, 1e-6), (24, 3e-7), (32, 1e-7))
+# how far beyond the stop, in rad, to look for a snap that may belong before it
+_BEYOND = 0.3
 # finest mesh on which a rattle is followed, and the coarsest whose scatter is believed
 _RATTLED = 151
 
@@ -116,6 +118,27 @@ def _apart(a: float | None, b: float | None) -> float:
     if a is None or b is None:
         return 0.0 if a is b else math.inf
     return abs(a - b)
+
+
+def stopped(scene: Scene, settle: Callable[[Scene], Settled]) -> Settled:
+    """Settle a scene by `settle`, and call it sensitive if it snaps within its error of the stop.
+
+    Meshes that all stop short of a snap agree on nothing, for their limit may have one: they are run
+    on beyond the stop.
+    """
+    found = settle(scene)
+    if scene.stop is None or scene.hold > 0.0 or found.sensitive:
+        return found
+    if found.value is not None:
+        # a limit beyond the stop: the meshes that snap do so for their errors
+        inside = abs(found.value) + found.error < abs(scene.stop)
+        return found if inside else replace(found, sensitive=True)
+    further = settle(replace(scene, stop=scene.stop + math.copysign(_BEYOND, scene.stop)))
+    runs = (*found.runs, *further.runs)
+    near = further.value is not None and abs(further.value) - further.error < abs(scene.stop)
+    if further.sensitive or near:
+        return Settled(None, math.inf, True, runs, found.history)
+    return replace(found, runs=runs)
 
 
 def endless(scene: Scene) -> Scene:
@@ -271,6 +294,8 @@ def beams(scene: Scene, tolerance: float) -> Settled:
 
 
 def expected_steps(scene: Scene) -> float:
-    """Steps that a rod rings through after the first snap of two, some 250 a t*, or until the second."""
+    """Steps for which a rod rings between its two snaps, some 250 a t*; 0 where it has only one."""
+    if scene.start not in ("U+S+", "U-S+"):
+        return 0.0
     _, rate, damping, _ = beam_units(scene)
     return 250.0 * min(10.0 / max(damping, 1e-9), 0.3 / rate)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,19 @@ def test_ribbons_climb_until_they_settle():
     assert abs(answer.value - fine) < answer.error < 3e-4
     # the coarsest mesh alone would not have done
     assert abs(answer.runs[0].value - fine) > 3e-4
+
+
+def test_a_stop_at_the_snap_itself_is_called_sensitive():
+    ribbon = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0)
+    snap = choose(ribbon, 3e-4).run().value
+    before = choose(replace(ribbon, stop=snap - 0.1), 1e-3).run()
+    assert (before.value, before.sensitive) == (None, False)
+    # the coarse meshes snap before this stop, and their limit at it
+    assert choose(replace(ribbon, stop=snap - 1e-5), 1e-3).run().sensitive
+    # these do too, but not their limit
+    late = choose(replace(ribbon, stop=snap - 1.2e-3), 1e-3).run()
+    assert late.sensitive or late.value is None
+    assert choose(replace(ribbon, stop=snap + 0.01), 1e-3).run().met
 
 
 def test_a_rattle_is_called_sensitive():
