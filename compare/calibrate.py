@@ -16,7 +16,7 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, quasilinear
 from ribbonfem.delay import NormalForm, predict, universal
 
-from .climb import limit_of
+from .climb import endless, limit_of
 from .figures import figure, plt, save
 from .laws import FILE, PlanarLaws, Policy, rounded, shipped
 from .pool import in_parallel
@@ -202,16 +202,22 @@ def planar_runs(progress: Progress, processes: int) -> dict[str, Any]:
 
 
 def random_ribbon(rng: np.random.Generator) -> Scene:
-    """A sheared scene whose start is a stable state: dL uniform, dW in shares of its limit."""
+    """A sheared scene whose start is a stable state, of coarse rods and of fine ones.
+
+    dL/L uniform in 0.1..0.5, dW uniform in 0.1..0.9 of its limit, U+S+ or U+S-; rate log-uniform in
+    1e-4..1 rad/s, nu in 1e-2..1e2 1/s.  Its ramp has no stop.
+    """
     while True:
         compression = rng.uniform(0.1, 0.5)
         shear = (compression * (2.0 - compression)) ** 0.5 * rng.uniform(0.1, 0.9)
         start = str(rng.choice(["U+S+", "U+S-"]))
         rate, damping = 10.0 ** rng.uniform(-4.0, 0.0), 10.0 ** rng.uniform(-2.0, 2.0)
-        scene = Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping, stop=3.0)
+        scene = Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping)
         try:
-            # a ramp too short to do anything: does the ribbon have this start?
-            der.simulate(replace(scene, rate=1.0, stop=1e-6), nodes=51, configurations=False)
+            for nodes in (51, 201):
+                # a ramp too short to do anything: does the ribbon have this start?
+                short = replace(scene, rate=1.0, stop=1e-6)
+                der.simulate(short, nodes=nodes, configurations=False)
         except SceneError:
             continue
         return scene
@@ -221,7 +227,9 @@ def rod_snap(scene: Scene, nodes: int, tolerance: float) -> tuple[float, float]:
     """Angle of the snap of a rod (nan where there is none), and the CPU seconds of the run."""
     begin = time.process_time()
     try:
-        history = der.simulate(scene, nodes=nodes, tolerance=tolerance, configurations=False, until="snap")
+        history = der.simulate(
+            endless(scene), nodes=nodes, tolerance=tolerance, configurations=False, until="snap"
+        )
     except (SceneError, SolverError):
         return float("nan"), time.process_time() - begin
     found = history.crossing()
