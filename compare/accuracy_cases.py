@@ -114,7 +114,7 @@ _STATIC_MESHES = {
 # adaptive steps: meshes and tolerances of the default method, all pairs
 _ADAPTIVE = {
     "quasilinear": ((8, 16, 32, 64), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
-    "elastica": ((6, 8, 12, 16, 24), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
+    "elastica": ((6, 8, 10, 12, 16, 24), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
     "der": ((51, 71, 101, 151, 201), (3e-3, 1e-3, 3e-4, 1e-4, 3e-5)),
 }
 # other methods on one mesh: the tolerances of those with an error estimate (newmark's estimate

@@ -255,6 +255,8 @@ def ribbon(scenes: int, seed: int, progress: Progress, processes: int) -> dict[s
         at = np.array([f["time"][label] for f in found])
         # ribbons that rattle are looked after by the run itself
         laws["time"][label] = float(f"{np.nanquantile(np.abs(at - best) / rate, 0.9):.2g}")
+    # the finest has nothing to be measured against; a decade of tolerance takes four fifths of the error
+    laws["time"]["1e-06"] = float(f"{laws['time']['1e-05'] / 5.0:.2g}")
     for kind in ("U+S+", "U+S-"):
         chosen = [f["snap"] for f, scene in zip(found, drawn, strict=True) if scene.start == kind]
         laws["mesh"][kind] = [

@@ -4,8 +4,8 @@ Rods are run on one mesh after the other and extrapolated to N -> infinity by a 
 square of the edge, through the last three meshes at most.  What the extrapolation may miss is
 estimated from how far it reaches.  Of two meshes, an eighth of the step to the limit where the
 coarser has 31 nodes, and less in proportion to the square of its edge; of three, a quarter of the
-difference to the limit of the last two; of either, all of it where the step is as long as 0.04 rad, for then
-the meshes do not yet see the same.
+difference to the limit of the last two; of either, all of it where the step is as long as 0.04 rad, or
+not short against the angle itself, for then the meshes do not yet see the same.
 
 A ribbon that rattles between its two snaps remembers every error made on the way.  Where its free
 vibration has not died out when it snaps again the error in time is measured too.  What does not
@@ -37,6 +37,8 @@ _FORGOTTEN = 12.0
 BEAMS = ((8, 1e-5), (12, 3e-6), (16, 1e-6), (24, 3e-7), (32, 1e-7))
 # how far beyond the stop, in rad, to look for a snap that may belong before it
 _BEYOND = 0.3
+# a rattle converges less evenly: its estimates are multiplied by this
+_RATTLE = 4.0
 # finest mesh on which a rattle is followed, and the coarsest whose scatter is believed
 _RATTLED = 151
 
@@ -95,9 +97,11 @@ def limit_of(values: Sequence[float], meshes: Sequence[int]) -> tuple[float, flo
 
     best = limit(len(recent))
     reach = float(abs(best - recent[-1]))
+    # so long a step, in rad or of the angle itself, that the meshes do not yet see the same
+    far = 25.0 * reach + 1.5 * reach / max(abs(best), reach)
     if len(recent) == 2:
-        return best, reach * (0.12 * (29.0 / (meshes[-2] - 2.0)) ** 2 + 25.0 * reach)
-    return best, abs(best - limit(2)) * (0.25 + 25.0 * reach)
+        return best, reach * (0.12 * (29.0 / (meshes[-2] - 2.0)) ** 2 + far)
+    return best, abs(best - limit(2)) * (0.25 + far)
 
 
 def _angle(history: History, quantity: str) -> float | None:
@@ -156,8 +160,7 @@ def _rattles(history: History, scene: Scene) -> bool:
     if first is None or last is None:
         return False
     wait = last[0] - first[0]
-    # a ribbon that falls straight through takes a few t*
-    return wait > 5.0 * scene.ribbon.inertial_time and scene.damping * wait < _FORGOTTEN
+    return wait > 0.0 and scene.damping * wait < _FORGOTTEN
 
 
 class _Rods:
@@ -244,8 +247,9 @@ def rods(
     while ladder and not climbing.values:
         climbing.add(ladder.pop(0))
     done: list[Run] = []
+    trust = 1.0
     if quantity == "snap" and climbing.history is not None and _rattles(climbing.history, scene):
-        begin = 3
+        begin, trust = 3, _RATTLE
         ladder = [nodes for nodes in ladder if nodes <= _RATTLED]
         for last in (False, True):
             # the same mesh again with smaller errors in time: what the rattle makes of them
@@ -264,8 +268,12 @@ def rods(
             climbing, error_in_time = again, 0.0
     while True:
         value, error = climbing.limit() if len(climbing.values) >= begin else (None, math.inf)
-        total = error + (error_in_time if value is not None else 0.0)
+        total = trust * error + (error_in_time if value is not None else 0.0)
         settled = total <= tolerance
+        if settled and trust == 1.0 and climbing.history is not None and _rattles(climbing.history, scene):
+            # the coarsest mesh did not show it
+            trust = _RATTLE
+            continue
         if settled or climbing.scattered() or not ladder:
             if climbing.history is None and climbing.failure is not None:
                 raise climbing.failure

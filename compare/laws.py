@@ -191,7 +191,7 @@ class RibbonLaws:
     def __init__(self, data: dict[str, Any]) -> None:
         self.data = data
         self.meshes: tuple[int, ...] = tuple(data["meshes"])
-        # error of the time integration at tolerance 1e-4 and 1e-5 over rate t*
+        # error of the time integration over rate t*, by tolerance
         self.time: dict[str, float] = data["time"]
 
     def tolerance(self, scene: Scene, wanted: float) -> tuple[float, float]:

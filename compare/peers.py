@@ -361,9 +361,9 @@ def main(
     der.simulate(short, nodes=21)
     truth, turned = planar_truth(), ribbon_truth()
 
-    choices = ((16, None), (8, 1e-4), (8, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
+    choices = ((10, None), (8, 1e-4), (8, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
     own, rods = _elastica(truth, True, choices), _rods(PLANAR, truth)
-    stiff = _elastica(planar_truth(False), False, ((16, None), (8, 3e-5)))
+    stiff = _elastica(planar_truth(False), False, ((10, None), (8, 3e-5)))
     exudyn = [] if peer_exudyn.missing() else _exudyn_planar(truth)
     slow = explicit and not peer_pyelastica.missing()
     # the last is past its step limit, and says nothing

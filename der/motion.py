@@ -55,7 +55,7 @@ _warm: set[str] = set()
 def simulate(
     scene: Scene,
     *,
-    nodes: int = 101,
+    nodes: int = 151,
     clamp: str = "centred",
     method: str = "tr-bdf2",
     step: float | None = None,

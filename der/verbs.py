@@ -15,7 +15,7 @@ from .statics import Statics, default_steps
 
 
 def folds(
-    scene: Scene, *, nodes: int = 101, clamp: str = "centred", steps: Steps | None = None
+    scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[Fold, ...]:
     """The folds that a very slow ramp meets, in order: two from U+S+, one from U+S- and planar U+.
 
@@ -40,7 +40,7 @@ def folds(
 
 
 def normal_forms(
-    scene: Scene, *, nodes: int = 101, clamp: str = "centred", steps: Steps | None = None
+    scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
     """The normal forms of the folds of `folds`: what `ribbonfem.delay.predict` needs.
 
@@ -53,7 +53,7 @@ def normal_forms(
 def equilibria(
     scene: Scene,
     *,
-    nodes: int = 101,
+    nodes: int = 151,
     clamp: str = "centred",
     span: tuple[float, float] = (-1.5, 1.5),
     unstable: int = 2,

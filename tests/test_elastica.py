@@ -201,14 +201,14 @@ def test_an_equilibrium_stays_one():
 
 @pytest.mark.parametrize(("extensible", "angle"), [(False, 1.159895), (True, 1.159551)])
 def test_planar_snap(extensible, angle):
-    """To 1e-4 with the defaults, in few steps; and converged, by Richardson's rule in the step."""
+    """To 6e-5 with the defaults, in few steps; and converged, by Richardson's rule in the step."""
     case = scene(stop=1.4)
     history = elastica.simulate(case, extensible=extensible, until="snap")
-    assert abs(history.crossing("height")[1] - angle) < 1e-4
-    assert history.stats["steps"] < 220
-    assert history.stats["newton_iterations"] < 1000
+    assert abs(history.crossing("height")[1] - angle) < 6e-5
+    assert history.stats["steps"] < 350
+    assert history.stats["newton_iterations"] < 1600
     coarse, fine = (
-        elastica.simulate(case, extensible=extensible, step=s, until="snap").crossing("height")[1]
+        elastica.simulate(case, elements=16, extensible=extensible, step=s, until="snap").crossing()[1]
         for s in (0.01, 0.005)
     )
     assert abs((4 * fine - coarse) / 3 - angle) < 3e-6
@@ -235,7 +235,7 @@ def test_mirror_image_in_motion():
 def test_full_turn_of_the_clamp(extensible):
     """One turn on: the clamp is where it was, the ribbon is not, and its length is what it was."""
     case = scene(stop=2 * np.pi, rate=2.0, damping=10.0, hold=5.0)
-    history = elastica.simulate(case, tolerance=1e-4, extensible=extensible)
+    history = elastica.simulate(case, elements=16, tolerance=1e-4, extensible=extensible)
     assert history.angle[-1] == 2 * np.pi
     assert history.energies["kinetic"][-1] < 1e-6
     assert history.energies["elastic"][-1] > 1.5 * history.energies["elastic"][0]
