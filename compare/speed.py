@@ -190,7 +190,7 @@ def main(*, progress: Progress | None = None, out: Path, nodes: int = 51, repeat
                 ["s", ".4g", ".4g", ".3g"],
             ),
             Table(
-                "Slow ramps with the default policy (TR-BDF2, tolerance 1e-4), errors against tight ones",
+                "Slow ramps with the default policy (TR-BDF2), errors against tight ones",
                 [
                     "scene",
                     "best (s)",
