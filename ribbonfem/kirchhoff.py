@@ -40,6 +40,9 @@ __all__ = [
 ]
 
 ELEMENTS = 32
+# |dW/L| below which the sheets of the planar curve's broken pitchforks lie so close that a
+# continuation has to turn in short steps to stay on its own
+_NEARLY_PLANAR = 1e-3
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,6 +167,8 @@ def equilibria(
     limit = whole_number("unstable", unstable, 0)
     problem, start = states.named(scene, **_mesh(elements, extensible))
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
+    if steps is None and 0.0 < abs(scene.shear) < _NEARLY_PLANAR:
+        steps = Steps(turn=0.1)
     return whole_curve(problem, start, span, steps, limit).as_branch(scene, policy)
 
 

@@ -9,7 +9,7 @@ from scipy.optimize import root
 
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
 from ribbonfem import kirchhoff_kernels as kernels
-from ribbonfem.continuation import first_point, trace
+from ribbonfem.continuation import Steps, first_point, trace
 from ribbonfem.kirchhoff_rod import Clamps, Frames, Statics
 from ribbonfem.kirchhoff_states import named
 from ribbonfem.policy import PolicyError
@@ -437,3 +437,11 @@ def test_folds_are_true_to_1e_9_wherever_the_ribbon_is_feasible(compression):
         scene = Scene(compression=compression, shear=shear)
         for one, two in zip(kirchhoff.folds(scene), kirchhoff.folds(scene, elements=48), strict=True):
             assert one.angle == pytest.approx(two.angle, abs=2e-10)
+
+
+def test_a_nearly_perfect_pitchfork_is_not_jumped_across():
+    # the other sheets are as near as the shear, which breaks the fork sideways
+    scene = Scene(compression=0.30, shear=1e-6, start="U+", ribbon=Ribbon(bending_ratio=1.5))
+    plain = kirchhoff.equilibria(scene, elements=16)
+    close = kirchhoff.equilibria(scene, elements=16, steps=Steps(largest=0.02))
+    assert [round(f.angle, 7) for f in plain.folds] == [round(f.angle, 7) for f in close.folds]

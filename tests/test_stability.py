@@ -18,9 +18,7 @@ PHYSICAL = [
     if (model == hard_cases.RODS or case.scene.planar) and model not in dict(case.refused)
 ]
 # default runs that are right on their mesh and off against a finer one, and by what
-COARSE_DEFAULTS = {("planar, rate 1000", hard_cases.ELASTICA): 0.013}
-# curves that a continuation with its default steps leaves: sheets 1e-6 of a shear apart
-KNOWN_JUMPS = {("EI1/EI2 1.5, dW 1e-6", hard_statics.KIRCHHOFF, "equilibria")}
+COARSE_DEFAULTS = {("planar, rate 1000", hard_cases.ELASTICA): 0.042}
 QUICK = (
     "h/L 1e-4",
     "h/L 0.05, W < h",
@@ -296,5 +294,4 @@ def test_a_default_mesh_that_is_off_at_rest_is_called_coarse():
 @pytest.mark.parametrize("name", list(hard_statics.static_scenes()))
 def test_no_scene_at_rest_is_wrong(name):
     for verdict in hard_statics.judge_statics(name, hard_statics.static_scenes()[name]):
-        known = (name, verdict.model, verdict.verb) in KNOWN_JUMPS
-        assert (verdict.status == hard_statics.WRONG) == known, verdict
+        assert verdict.status != hard_statics.WRONG, verdict
