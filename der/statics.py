@@ -11,16 +11,25 @@ from . import kernels
 from .rod import Rod, RodState
 
 PARAMETERS = ("angle", "compression", "shear")
+# |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
+_NEARLY_PLANAR = 1e-3
 
 
 def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
-    """The step control given, or the one that suits the rod's thickness.
+    """The step control given, or the one that suits the rod's thickness and shear.
 
     A point's tangent and index come from the state one Newton increment before it.  An increment
     along an edge changes its tension by EA / EI2 times as much, so that in a thin ribbon even a
-    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.
+    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.  Nearly
+    without shear the sheets of the planar curve's broken pitchforks lie so close that only short
+    turns stay on one of them.
     """
-    return steps or Steps(tolerance=min(1e-7, 1.2e-2 / rod.scene.ribbon.stretch_ratio))
+    if steps is not None:
+        return steps
+    tolerance = min(1e-7, 1.2e-2 / rod.scene.ribbon.stretch_ratio)
+    if 0.0 < abs(rod.scene.shear) < _NEARLY_PLANAR:
+        return Steps(tolerance=tolerance, turn=0.1)
+    return Steps(tolerance=tolerance)
 
 
 class Statics:
