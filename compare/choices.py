@@ -195,7 +195,7 @@ def _summary(verdicts: list[Verdict], kind: str) -> list[Any]:
 
 def _draw(verdicts: list[Verdict], path: Path) -> str:
     """Error over tolerance, and the time saved, against the tolerance."""
-    fig, (left, right) = figure(2, width=5.0, height=3.8)
+    fig, (left, right) = figure(2, width=5.4, height=3.8)
     models = sorted({v.model for v in verdicts})
     for k, model in enumerate(models):
         for kind, marker in (("planar", "o"), ("ribbon", "^")):
@@ -206,10 +206,18 @@ def _draw(verdicts: list[Verdict], path: Path) -> str:
             label = f"{model}, {kind} ({len(group)})"
             share = [max(v.error / v.tolerance, 1e-5) if v.error is not None else 30.0 for v in group]
             left.loglog(x, share, marker, color=f"C{k}", ms=3.5, alpha=0.8, label=label)
-            right.loglog(x, [v.always / v.seconds for v in group], marker, color=f"C{k}", ms=3.5, alpha=0.8)
+            right.loglog(
+                x,
+                [v.always / v.seconds for v in group],
+                marker,
+                color=f"C{k}",
+                ms=3.5,
+                alpha=0.8,
+                label=label,
+            )
     left.axhline(1.0, color="k", lw=0.8)
     left.set(xlabel="tolerance asked for (rad)", ylabel="true error / tolerance")
-    left.legend(fontsize=6.5, loc="lower right")
+    right.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
     right.axhline(1.0, color="k", lw=0.8)
     right.set(xlabel="tolerance asked for (rad)", ylabel="time of a rod of 101 nodes / time of the choice")
     plt.setp(right.get_xticklabels(minor=True), visible=False)
