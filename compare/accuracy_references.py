@@ -13,15 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
-from ribbonfem import Scene, kirchhoff, quasilinear
+from ribbonfem import Scene, euler, kirchhoff, quasilinear
 from ribbonfem.results import Array
 
 from .accuracy_cases import Case, Family, observed
 from .accuracy_measures import Rest, Shape, at_rest, fold_angles, run
-from .peer_exudyn import shape as euler_shape
 from .refinement import Limit, richardson
 
 # meshes of the solutions that count as exact at rest; below DIGITS lies rounding
@@ -71,17 +68,13 @@ def _worst(a: Any, b: Any) -> float:
     return float(np.max(np.abs(np.subtract(a, b))))
 
 
-def euler(scene: Scene) -> Rest:
+def buckled(scene: Scene) -> Rest:
     """The inextensible buckled beam at alpha = 0 in elliptic functions: shape, energy, height."""
-    chord = 1.0 - scene.compression
-    m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 1.0 - chord, 0.0, 1.0 - 1e-14, xtol=1e-15)
     s = np.linspace(0.0, 1.0, 385)
-    x, z, _ = euler_shape(scene.compression, s)
+    x, z = euler.shape(scene.compression, s)
     side = 1.0 if scene.start == "U+" else -1.0
-    # half the integral of phi'^2 with phi' = 8 sqrt(m) K cn(4 K s)
-    energy = 32.0 * float(ellipk(m)) * float(ellipe(m) - (1.0 - m) * ellipk(m))
     shape = Shape(s, np.column_stack((x, np.zeros_like(x), side * z)))
-    return Rest(shape, energy, side * float(z[192]))
+    return Rest(shape, euler.energy(scene.compression), side * float(z[192]))
 
 
 def small_slopes(scene: Scene) -> Rest:
@@ -136,7 +129,7 @@ def _at_rest(case: Case, family: Family) -> Reference:
         source = f"{_FINE[other]} {other} elements"
         verified = doubt["fold"] < 1e-9
         if not extensible:
-            rest = euler(scene)
+            rest = buckled(scene)
             doubt["shape"] = doubt["energy"] = DIGITS
     else:
         folds, rest = _fine("kirchhoff", scene, extensible)

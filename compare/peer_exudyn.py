@@ -18,30 +18,14 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
-from scipy.special import ellipe, ellipj, ellipk
 
-from ribbonfem import History, Scene, SolverError, kirchhoff
-from ribbonfem.results import Array
+from ribbonfem import History, Scene, SolverError, euler, kirchhoff
 
 
 def missing() -> str:
     """What keeps Exudyn from running here; "" if nothing does."""
     return "" if find_spec("exudyn") else "Exudyn is not installed: the extra ribbonfem[peers] brings it"
-
-
-def shape(compression: float, s: Array) -> tuple[Array, Array, Array]:
-    """x, z and tangent angle at s of the buckled inextensible beam U+ at alpha = 0, in closed form.
-
-    phi is the swing of a pendulum of parameter m with 2 E(m) / K(m) - 1 = 1 - dL/L (Euler); the
-    positions are its integrals, by a spline through many points.
-    """
-    m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 2.0 + compression, 0.0, 1.0 - 1e-14, xtol=1e-15)
-    fine = np.linspace(0.0, 1.0, 2001)
-    phi = 2.0 * np.arcsin(np.sqrt(m) * ellipj(4.0 * ellipk(m) * fine, m)[0])
-    x, z = (CubicSpline(fine, part).antiderivative()(s) for part in (np.cos(phi), np.sin(phi)))
-    return x, z, CubicSpline(fine, phi)(s)
 
 
 class _Model:
@@ -98,7 +82,8 @@ class _Beam(_Model):
         count = 2 * elements + 1
         s = np.linspace(0.0, 1.0, count)
         side = 1.0 if scene.start == "U+" else -1.0
-        x, z, phi = shape(scene.compression, s)
+        x, z = euler.shape(scene.compression, s)
+        phi = euler.tangent_angle(scene.compression, s)
         nodes = [
             system.AddNode(
                 items.NodeRigidBody2D(

@@ -10,7 +10,6 @@ from ribbonfem.results import Array
 from . import kernels
 from .rod import Rod, RodState
 
-PARAMETERS = ("angle", "compression", "shear")
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
 _NEARLY_PLANAR = 1e-3
 

@@ -35,10 +35,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipj, ellipk
 from skfem import Basis, ElementLinePp, MeshLine
 
+from . import euler
 from .banded import Arrow
 from .beam_kernels import ELASTICA, Tables, local_places
 from .continuation import PARAMETER_WEIGHT, Linearisation, Steps, equilibrium
@@ -167,17 +166,12 @@ class Statics:
         self.weight[mesh.degree - 1 : mesh.count - 2 : mesh.degree] = PARAMETER_WEIGHT / mesh.elements
 
     def start(self) -> _State:
-        """The inextensible buckled beam at alpha = 0: two periods of Euler's clamped elastica.
-
-        phi is the swing of a pendulum of parameter m with 2 E(m) / K(m) - 1 = 1 - dL/L.
-        """
-        m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 1.0 - self.chord, 0.0, 1.0 - 1e-14, xtol=1e-15)
-        quarter = float(ellipk(m))
-        x = np.linspace(0.0, 1.0, self.mesh.elements + 1)
+        """The inextensible buckled beam at alpha = 0, Euler's clamped elastica."""
         phi = np.zeros(self.mesh.count)
-        phi[:: self.mesh.degree] = 2.0 * np.arcsin(np.sqrt(m) * ellipj(4.0 * quarter * x, m)[0])
+        nodes = np.linspace(0.0, 1.0, self.mesh.elements + 1)
+        phi[:: self.mesh.degree] = euler.tangent_angle(1.0 - self.chord, nodes)
         phi[-1] = 0.0
-        return _State(self.side * phi, np.array([-16.0 * quarter**2, 0.0]))
+        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(1.0 - self.chord)[1] ** 2, 0.0]))
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
         """Move the free angles and the force, and turn the clamp to `parameter`."""

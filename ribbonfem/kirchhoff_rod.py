@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ellipe, ellipj, ellipk
 
+from . import euler
 from . import kirchhoff_kernels as kernels
 from .banded import Arrow
 from .continuation import PARAMETER_WEIGHT, Linearisation
@@ -32,8 +32,6 @@ DEGREE = 5
 ROTATION_WEIGHT = 0.09
 # A shift of the right clamp counts as it is, a length.
 SHIFT_WEIGHT = 1.0
-
-PARAMETERS = ("angle", "compression", "shear")
 
 
 @dataclass(frozen=True)
@@ -104,17 +102,9 @@ class Statics:
         return replace(self.clamps, **{self.vary: parameter})
 
     def buckled(self, compression: float) -> Frames:
-        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
-
-        phi = 2 asin(k sn(4 K s)) with 2 E/K - 1 = 1 - dL/L and n = -(4 K)^2 e_x: Euler's
-        pendulum over one period (A. E. H. Love, 1927, art. 263).
-        """
-        low, high = 0.0, 0.999999
-        for _ in range(60):
-            m = 0.5 * (low + high)
-            low, high = (m, high) if 2.0 * ellipe(m) / ellipk(m) - 1.0 > 1.0 - compression else (low, m)
-        period = 4.0 * float(ellipk(m))
-        sine = np.sqrt(m) * ellipj(period * self.tables.nodes, m)[0]
+        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form."""
+        period = 4.0 * euler.pendulum(compression)[1]
+        sine = np.sin(0.5 * euler.tangent_angle(compression, self.tables.nodes))
         g = np.zeros((len(sine), 4))
         g[:, 0], g[:, 2] = np.sqrt(1.0 - sine**2), -sine
         g[0] = g[-1] = 1.0, 0.0, 0.0, 0.0
