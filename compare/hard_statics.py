@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
-
-import numpy as np
 
 import der
 from ribbonfem import Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.continuation import Steps
 from ribbonfem.results import Branch, Fold
 
+from .climb import limit_of
 from .hard_cases import (
     CASES,
     ELASTICA,
@@ -30,9 +30,9 @@ from .hard_cases import (
 KIRCHHOFF = "kirchhoff"
 MODELS = (KIRCHHOFF, RODS, ELASTICA, QUASILINEAR)
 VERBS = ("folds", "equilibria")
-# nodes of the rods: of their default, and of the meshes around it that show its error
+# nodes of the rods: of their default, and of the finer meshes that show its error
 _NODES = 151
-_MESHES = (101, _NODES, 201)
+_MESHES = (_NODES, 201, 301)
 # so stiff sideways and in twist that a planar state stays in its plane, where neither counts
 _STIFF = MappingProxyType({"bending_ratio": 1e4, "twist_ratio": 1e3})
 
@@ -187,7 +187,7 @@ def _judge_jumps(curves: Mapping[str, tuple[Any, Callable[[Steps], Any]]]) -> di
         return {}
     notes = {}
     for model, count in counts.items():
-        again = _attempt(lambda model=model: curves[model][1](_SHORT))  # type: ignore[misc]
+        again = _attempt(partial(curves[model][1], _SHORT))
         if isinstance(again, Branch) and len(again.folds) != count:
             notes[model] = f"leaves its curve: with steps a tenth as long there are {len(again.folds)} folds"
     return notes or {model: "the other model's curve has other folds" for model in counts}
@@ -201,7 +201,7 @@ def _closed_form(scene: Scene) -> list[float]:
 
 
 def _limits(found: Mapping[int, Any]) -> tuple[list[float] | None, float]:
-    """The rods' folds extrapolated from three meshes, and the change from the first mesh to the limit.
+    """The rods' folds extrapolated from three meshes, and how far the first, the default, is from them.
 
     Near a pitchfork the next term in 1/N^2 counts too, so that two meshes are too few.
     """
@@ -210,9 +210,7 @@ def _limits(found: Mapping[int, Any]) -> tuple[list[float] | None, float]:
     angles = [_angles(result) for result in found.values()]
     if len({len(row) for row in angles}) > 1:
         return None, 0.0
-    squares = np.array([(nodes - 2.0) ** -2 for nodes in found])
-    weights = [np.prod([other / (other - own) for other in squares if other != own]) for own in squares]
-    limit = [float(np.dot(weights, fold)) for fold in zip(*angles, strict=True)]
+    limit = [limit_of(fold, tuple(found))[0] for fold in zip(*angles, strict=True)]
     return limit, _off(angles[0], limit)
 
 
@@ -222,7 +220,7 @@ def _judge_curves(name: str, scene: Scene, elements: Any, rods: Any, reason: str
         KIRCHHOFF: lambda steps: kirchhoff.equilibria(scene, extensible=True, steps=steps),
         RODS: lambda steps: der.equilibria(scene, steps=steps),
     }
-    curves = {model: (_attempt(lambda call=call: call(None)), call) for model, call in follow.items()}  # type: ignore[misc]
+    curves = {model: (_attempt(partial(call, None)), call) for model, call in follow.items()}
     jumps = _judge_jumps(curves)
     verdicts = []
     for model, folds in ((KIRCHHOFF, elements), (RODS, rods)):
@@ -238,7 +236,7 @@ def judge_statics(name: str, scene: Scene) -> list[StaticVerdict]:
     """Folds and curves of a scene by every model, each against another that shares no mechanics."""
     reason = _MUST_FAIL.get(name, "")
     elements = _attempt(lambda: kirchhoff.folds(scene, extensible=True))
-    rods = {n: _attempt(lambda n=n: der.folds(scene, nodes=n)) for n in _MESHES}  # type: ignore[misc]
+    rods = {n: _attempt(partial(der.folds, scene, nodes=n)) for n in _MESHES}
     limit, change = _limits(rods)
     verdicts = [
         _judge_folds(name, KIRCHHOFF, elements, limit, 1e-6 + 0.1 * change, reason),
