@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, Steps
+from ribbonfem.curves import steps_for
 from ribbonfem.results import Array
 
 from . import kernels
 from .rod import Rod, RodState
 
-# |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
-_NEARLY_PLANAR = 1e-3
-
 
 def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
-    """The step control given, or the one that suits the rod's thickness and shear.
+    """The step control given, or the one that suits the rod's shear and thickness.
 
     A point's tangent and index come from the state one Newton increment before it.  An increment
     along an edge changes its tension by EA / EI2 times as much, so that in a thin ribbon even a
-    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.  Nearly
-    without shear the sheets of the planar curve's broken pitchforks lie so close that only short
-    turns stay on one of them.
+    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.
     """
-    if steps is not None:
-        return steps
-    tolerance = min(1e-7, 1.2e-2 / rod.scene.ribbon.stretch_ratio)
-    if 0.0 < abs(rod.scene.shear) < _NEARLY_PLANAR:
-        return Steps(tolerance=tolerance, turn=0.1)
-    return Steps(tolerance=tolerance)
+    usual = steps_for(rod.scene)
+    return steps or replace(usual, tolerance=min(usual.tolerance, 1.2e-2 / rod.scene.ribbon.stretch_ratio))
 
 
 class Statics:

@@ -13,6 +13,18 @@ from .continuation import Event, Point, Problem, State, Steps, first_point, trac
 from .results import Array, Branch, Fold, SolverError
 from .scene import Scene
 
+# |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
+_NEARLY_PLANAR = 1e-3
+
+
+def steps_for(scene: Scene) -> Steps:
+    """The step control that a scene's curve of equilibria asks for.
+
+    Nearly without shear the sheets of the planar curve's broken pitchforks lie so close that only
+    short turns stay on one of them.
+    """
+    return Steps(turn=0.1) if 0.0 < abs(scene.shear) < _NEARLY_PLANAR else Steps()
+
 
 @dataclass(frozen=True)
 class Curve:

@@ -18,7 +18,7 @@ import numpy as np
 
 from . import kirchhoff_states as states
 from .continuation import Steps
-from .curves import as_fold, ramp_folds, whole_curve
+from .curves import as_fold, ramp_folds, steps_for, whole_curve
 from .kirchhoff_rod import Frames, Statics
 from .kirchhoff_states import Pitchforks, ShearCurve
 from .policy import PolicyError, flag, interval, whole_number
@@ -40,9 +40,6 @@ __all__ = [
 ]
 
 ELEMENTS = 32
-# |dW/L| below which the sheets of the planar curve's broken pitchforks lie so close that a
-# continuation has to turn in short steps to stay on its own
-_NEARLY_PLANAR = 1e-3
 
 
 @dataclass(frozen=True, repr=False)
@@ -167,9 +164,7 @@ def equilibria(
     limit = whole_number("unstable", unstable, 0)
     problem, start = states.named(scene, **_mesh(elements, extensible))
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
-    if steps is None and 0.0 < abs(scene.shear) < _NEARLY_PLANAR:
-        steps = Steps(turn=0.1)
-    return whole_curve(problem, start, span, steps, limit).as_branch(scene, policy)
+    return whole_curve(problem, start, span, steps or steps_for(scene), limit).as_branch(scene, policy)
 
 
 def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
