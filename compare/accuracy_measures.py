@@ -251,6 +251,10 @@ def run(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, fl
     return history, min(float(history.stats["seconds"]), spent)
 
 
+# (model's name, scene, policy) -> value and CPU seconds
+Measure = Callable[[str, Scene, Mapping[str, Any]], tuple[Any, float]]
+
+
 def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fold, ...], float]:
     require_policy(name, "folds", policy)
     begin = time.process_time()
@@ -261,7 +265,7 @@ def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fo
     return found, seconds
 
 
-def _fold(which: int) -> Callable[[str, Scene, Mapping[str, Any]], tuple[float, float]]:
+def _fold(which: int) -> Measure:
     def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
         found, seconds = _folds(name, scene, policy)
         return found[which].angle, seconds
@@ -275,7 +279,7 @@ def fold_angles(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Arr
     return np.array([fold.angle for fold in found]), seconds
 
 
-def _crossing(quantity: str) -> Callable[[str, Scene, Mapping[str, Any]], tuple[float, float]]:
+def _crossing(quantity: str) -> Measure:
     def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
         allowed = defaults_of(name, "simulate") if hasattr(MODELS[name], "simulate") else {}
         extra: dict[str, Any] = {"until": "snap"} if quantity == "height" else {}
@@ -290,35 +294,22 @@ def _crossing(quantity: str) -> Callable[[str, Scene, Mapping[str, Any]], tuple[
     return measure
 
 
-def _end(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, float]:
-    return run(name, replace(scene, hold=0.0), policy)
+def _at(rest: str, end: Callable[[History, str], Any]) -> Measure:
+    """What a scene without stop has at rest, by its name in `Rest`, and a motion at the end of its ramp."""
+
+    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Any, float]:
+        if scene.stop is None:
+            begin = time.process_time()
+            value = getattr(at_rest(name, scene, policy), rest)
+            return value, time.process_time() - begin
+        history, seconds = run(name, replace(scene, hold=0.0), policy)
+        return end(history, name), seconds
+
+    return measure
 
 
-def _shape(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Shape, float]:
-    if scene.stop is None:
-        begin = time.process_time()
-        shape = at_rest(name, scene, policy).shape
-        return shape, time.process_time() - begin
-    history, seconds = _end(name, scene, policy)
-    return shape_at(history, name, float(history.angle[-1])), seconds
-
-
-def _energy(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
-    if scene.stop is None:
-        begin = time.process_time()
-        energy = at_rest(name, scene, policy).energy
-        return energy, time.process_time() - begin
-    history, seconds = _end(name, scene, policy)
-    return float(history.energies["kinetic"][-1] + history.energies["elastic"][-1]), seconds
-
-
-def _height(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
-    if scene.stop is None:
-        begin = time.process_time()
-        height = at_rest(name, scene, policy).height
-        return height, time.process_time() - begin
-    history, seconds = _end(name, scene, policy)
-    return float(history.height[-1]), seconds
+def _last_energy(history: History, name: str) -> float:
+    return float(history.energies["kinetic"][-1] + history.energies["elastic"][-1])
 
 
 def _balance(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
@@ -335,7 +326,7 @@ class Quantity:
     """
 
     text: str
-    measure: Callable[[str, Scene, Mapping[str, Any]], tuple[Any, float]]
+    measure: Measure
     verb: str
     exact: float | None = None
 
@@ -350,13 +341,19 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         ),
         "shape": Quantity(
             "positions (L): at the end of the ramp, or at rest, alpha = 0, in a scene without stop",
-            _shape,
+            _at("shape", lambda history, name: shape_at(history, name, float(history.angle[-1]))),
             "either",
         ),
         "energy": Quantity(
-            "kinetic and elastic energy (EI2/L), at the same instant as shape", _energy, "either"
+            "kinetic and elastic energy (EI2/L), at the same instant as shape",
+            _at("energy", _last_energy),
+            "either",
         ),
-        "height": Quantity("z(1/2)/L, at the same instant as shape", _height, "either"),
+        "height": Quantity(
+            "z(1/2)/L, at the same instant as shape",
+            _at("height", lambda history, name: float(history.height[-1])),
+            "either",
+        ),
         "balance": Quantity(
             "largest defect (EI2/L) of the energy balance of a run; 0 if exact", _balance, "simulate", 0.0
         ),

@@ -13,6 +13,7 @@ import der
 from ribbonfem import Branch, History, Scene, SolverError
 from ribbonfem.continuation import Steps
 
+from .climb import SCATTER
 from .figures import draw_curve, figure, plt, save
 from .pool import in_parallel
 from .progress import Progress
@@ -20,8 +21,6 @@ from .report import Picture, Section, Table
 
 # steps short enough for a polyline to look like a curve
 SMOOTH = Steps(turn=0.12, largest=0.05)
-# rad; the mesh moves snaps by less than half of it
-_SCATTER = 0.02
 
 
 @dataclass(frozen=True)
@@ -145,7 +144,7 @@ def _estimate(values: Sequence[float | None], ratio: float) -> tuple[float, floa
     coarse, fine, loose = values
     if coarse is None or fine is None or loose is None:
         return None
-    if max(coarse, fine, loose) - min(coarse, fine, loose) > _SCATTER:
+    if max(coarse, fine, loose) - min(coarse, fine, loose) > SCATTER:
         return None
     limit = (ratio * fine - coarse) / (ratio - 1.0)
     return limit, 0.25 * abs(limit - fine) + abs(fine - loose)
@@ -172,7 +171,7 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
     ratio = ((fine - 2) / (coarse - 2)) ** 2
     # a snap that refinement moves this far comes out of a rattle and not of a fold
     scattered = any(
-        len(found) > 1 and max(found) - min(found) > _SCATTER
+        len(found) > 1 and max(found) - min(found) > SCATTER
         for found in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))
     )
     history = done[1][1]
@@ -304,7 +303,7 @@ def main(
         title="Mode skipping and selection: the paper's named cases",
         text=[
             f"Of {len(rows)} cases {agreeing} end as the paper says, {sensitive} are sensitive: there the "
-            f"outcome, or a snap by more than {_SCATTER:g} rad, changes between N = {coarse} and {fine}, "
+            f"outcome, or a snap by more than {SCATTER:g} rad, changes between N = {coarse} and {fine}, "
             f"tolerances {tolerance:g} and {10 * tolerance:g} L, or with a method that has no damping of its "
             "own, so that no single run decides it.",
             "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "

@@ -135,7 +135,7 @@ def judge(scene: Scene, tolerance: float) -> Verdict:
     if answer.value is None and truth is None and answer.met:
         error = 0.0
     # what even the reference does not settle to a part of the tolerance is judged by no one
-    if doubt > max(_JUDGE * tolerance, 0.0) and not (error is not None and error + doubt <= tolerance):
+    if doubt > _JUDGE * tolerance and not (error is not None and error + doubt <= tolerance):
         verdict = "sensitive"
     elif error is not None and error <= tolerance:
         verdict = "met"

@@ -42,6 +42,8 @@ QUANTITIES = (*CROSSINGS, "fold")
 FLAT = (0.6, 20.0, 1.4)
 # error of the folds of the finite elements with their default meshes, rad
 _STATIC = 1e-6
+# error of the tabulated planar fold, rad
+_TABULATED = 5e-6
 # c a2 t*^4 of a ribbon's folds, typically
 _PRODUCT = 1.5e5
 # steps of a rod above which the ribbon's folds are cheaper than a run, and CPU seconds of the folds
@@ -116,18 +118,7 @@ class Choice:
         elif self.model == "folds":
             settled = _slow(self)
         elif self.model == "der":
-            first = int(self.policy["first"])
-            settled = climb.stopped(
-                self.scene,
-                lambda scene: climb.rods(
-                    scene,
-                    self.quantity,
-                    self.tolerance,
-                    shipped().ribbon,
-                    first=first,
-                    configurations=self.motion,
-                ),
-            )
+            settled = _climbed(self, first=int(self.policy["first"]))
         elif "elements" in self.policy:
             settled = _once(self)
         else:
@@ -217,18 +208,17 @@ def _stable_to_its_fold(branch: Branch) -> bool:
 
 
 def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
-    up = _upward(scene) if scene.planar else scene
-    if scene.planar and up.rate > 0.0 and not laws.planar.outside(up) and stays_planar(scene):
+    if not (scene.planar and stays_planar(scene)):
+        reason = f"a ribbon in three dimensions: geometrically exact elements, to {_STATIC:g} rad"
+        return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, _STATIC, 0.5, reason)
+    up = _upward(scene)
+    if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
         value = _side(scene) * laws.planar.fold(up).angle
-        if tolerance >= 5e-6 and (scene.stop is None or abs(value) < abs(scene.stop)):
-            reason = "the planar fold is tabulated to 5e-6 rad"
-            return Choice(scene, "fold", tolerance, "prediction", {}, 5e-6, 1e-4, reason, value)
-    if scene.planar and stays_planar(scene):
-        reason = f"planar and stable out of plane: the elastica's fold, to {_STATIC:g} rad"
-        policy = {"extensible": True}
-        return Choice(scene, "fold", tolerance, "elastica", policy, _STATIC, 0.1, reason)
-    reason = f"a ribbon in three dimensions: geometrically exact elements, to {_STATIC:g} rad"
-    return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, _STATIC, 0.5, reason)
+        if scene.stop is None or abs(value) < abs(scene.stop):
+            reason = f"the planar fold is tabulated to {_TABULATED:g} rad"
+            return Choice(scene, "fold", tolerance, "prediction", {}, _TABULATED, 1e-4, reason, value)
+    reason = f"planar and stable out of plane: the elastica's fold, to {_STATIC:g} rad"
+    return Choice(scene, "fold", tolerance, "elastica", {"extensible": True}, _STATIC, 0.1, reason)
 
 
 def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
@@ -300,27 +290,41 @@ def _rods(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Law
     ribbon = laws.ribbon
     rungs = range(1, len(ribbon.meshes) - 1)
     first = next((k for k in rungs if ribbon.mesh_error(scene.start, k) <= tolerance), rungs[-1])
-    begin = ribbon.meshes[max(0, first - 2) : first + 1]
+    begin = ribbon.meshes[ribbon.beginning(first)]
     step, _ = ribbon.tolerance(scene, tolerance)
     error = ribbon.mesh_error(scene.start, first)
-    seconds = sum(ribbon.data["seconds"][max(0, first - 2) : first + 1])
     reason += (
         f" of N = {', '.join(map(str, begin))}, extrapolated, tolerance {step:g} L; half of the scenes "
         f"measured are then within {error:.1e}, and the run goes on where this one is not"
     )
     policy = {"meshes": begin, "tolerance": step, "first": first}
-    return Choice(scene, quantity, tolerance, "der", policy, error, seconds, reason, motion=motion)
+    return Choice(
+        scene, quantity, tolerance, "der", policy, error, ribbon.seconds(first), reason, motion=motion
+    )
 
 
 def _once(plan: Choice) -> climb.Settled:
     """A single run of a beam, whose error a law bounds."""
     model: Any = {"quasilinear": quasilinear, "elastica": elastica}[plan.model]
-    begin = time.process_time()
-    history = model.simulate(endless(plan.scene), until="snap", **plan.policy)
-    found = history.crossing()
-    value = None if found is None else found[1]
-    run = Run(plan.model, dict(plan.policy), value, time.process_time() - begin)
-    return climb.Settled(value, plan.estimate, False, (run,), history)
+    policy = {**plan.policy, "until": "snap"}
+    run, history = climb.timed(plan.model, model.simulate, endless(plan.scene), plan.quantity, policy)
+    return climb.Settled(run.value, plan.estimate, False, (run,), history)
+
+
+def _climbed(plan: Choice, first: int = 1) -> climb.Settled:
+    """Rods on finer and finer meshes."""
+
+    def settle(scene: Scene) -> climb.Settled:
+        return climb.rods(
+            scene,
+            plan.quantity,
+            plan.tolerance,
+            shipped().ribbon,
+            first=first,
+            configurations=plan.motion,
+        )
+
+    return climb.stopped(plan.scene, settle)
 
 
 def _static(plan: Choice) -> climb.Settled:
@@ -348,25 +352,28 @@ def _slow_error(scene: Scene) -> float:
 
 def _slow(plan: Choice) -> climb.Settled:
     """The last fold of Path 2 and its predicted delay; rods after all where energy may carry it over."""
+    return _predicted(plan) or _climbed(plan)
+
+
+def _predicted(plan: Choice) -> climb.Settled | None:
+    """The second snap of a slow Path 2 without a run; None where statics do not make it certain enough."""
     scene = replace(plan.scene, stop=None)
     begin = time.process_time()
     folds = kirchhoff.folds(scene, extensible=True)
-    certain = len(folds) == 2 and kirchhoff.skipping_bound(scene, extensible=True) < 0.0
-    settled: climb.Settled | None = None
-    if certain:
-        # the product of the normal form needs no more than a coarse mesh
-        forms = der.normal_forms(scene, nodes=51)
-        if len(forms) == 2:
-            planar = shipped().planar
-            delay = planar.delay(forms[-1], scene.rate, scene.damping)
-            ratio = planar.typical_ratio(scene)
-            value = folds[-1].angle + ratio * delay
-            # the correction is the planar beam's: of the right sign and size, and no better
-            error = _STATIC + abs(1.0 - ratio) * delay
-            run = Run("kirchhoff", {"extensible": True}, value, time.process_time() - begin)
-            beyond = plan.scene.stop is not None and value + error > abs(plan.scene.stop)
-            if error <= plan.tolerance and not beyond:
-                settled = climb.Settled(value, error, False, (run,), None)
-    if settled is None:
-        settled = climb.rods(plan.scene, plan.quantity, plan.tolerance, shipped().ribbon)
-    return settled
+    if len(folds) != 2 or kirchhoff.skipping_bound(scene, extensible=True) >= 0.0:
+        return None
+    # the product of the normal form needs no more than a coarse mesh
+    forms = der.normal_forms(scene, nodes=51)
+    if len(forms) != 2:
+        return None
+    planar = shipped().planar
+    delay = planar.delay(forms[-1], scene.rate, scene.damping)
+    ratio = planar.typical_ratio(scene)
+    value = folds[-1].angle + ratio * delay
+    # the correction is the planar beam's: of the right sign and size, and no better
+    error = _STATIC + abs(1.0 - ratio) * delay
+    beyond = plan.scene.stop is not None and value + error > abs(plan.scene.stop)
+    if error > plan.tolerance or beyond:
+        return None
+    run = Run("kirchhoff", {"extensible": True}, value, time.process_time() - begin)
+    return climb.Settled(value, error, False, (run,), None)

@@ -109,9 +109,10 @@ def _angle(history: History, quantity: str) -> float | None:
     return None if found is None else found[1]
 
 
-def _timed(
+def timed(
     name: str, simulate: Callable[..., History], scene: Scene, quantity: str, policy: dict[str, Any]
 ) -> tuple[Run, History]:
+    """A run of a model by its `simulate`: what it found, and the motion."""
     begin = time.process_time()
     history = simulate(scene, **policy)
     return Run(name, policy, _angle(history, quantity), time.process_time() - begin), history
@@ -185,7 +186,7 @@ class _Rods:
         }
         begin = time.process_time()
         try:
-            run, self.history = _timed("der", der.simulate, self.scene, self.quantity, policy)
+            run, self.history = timed("der", der.simulate, self.scene, self.quantity, policy)
         except (SceneError, SolverError) as error:
             self.failure = error
             self.runs.append(Run("der", policy, None, time.process_time() - begin))
@@ -241,9 +242,9 @@ def rods(
     """
     whole = endless(scene)
     step, error_in_time = laws.tolerance(scene, tolerance)
-    ladder = list(laws.meshes[max(0, first - 2) :])
+    ladder = list(laws.meshes[laws.beginning(first).start :])
     climbing = _Rods(whole, quantity, step, configurations)
-    begin = 2 if first < 2 else 3
+    begin = len(laws.meshes[laws.beginning(first)])
     while ladder and not climbing.values:
         climbing.add(ladder.pop(0))
     done: list[Run] = []
@@ -292,7 +293,7 @@ def beams(scene: Scene, tolerance: float) -> Settled:
     error = math.inf
     for elements, local in BEAMS:
         policy = {"elements": elements, "extensible": True, "tolerance": local, "until": "snap"}
-        run, history = _timed("elastica", elastica.simulate, whole, "snap", policy)
+        run, history = timed("elastica", elastica.simulate, whole, "snap", policy)
         if runs:
             error = _apart(runs[-1].value, run.value)
         runs.append(run)

@@ -209,9 +209,14 @@ class RibbonLaws:
         kind = "U+S+" if start in ("U+S+", "U-S-") else "U+S-"
         return float(self.data["mesh"][kind][rung - 1])
 
+    @staticmethod
+    def beginning(rung: int) -> slice:
+        """The meshes to begin with so that number `rung` is the finest: the three that are extrapolated."""
+        return slice(max(0, rung - 2), rung + 1)
+
     def seconds(self, rung: int) -> float:
-        """Median CPU seconds of the runs on the meshes up to number `rung`."""
-        return float(sum(self.data["seconds"][: rung + 1]))
+        """Median CPU seconds of the runs on the meshes to begin with."""
+        return float(sum(self.data["seconds"][self.beginning(rung)]))
 
 
 @dataclass(frozen=True)
