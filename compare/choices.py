@@ -12,13 +12,13 @@ import numpy as np
 
 from ribbonfem import Scene, SceneError, SolverError, elastica
 
-from .calibrate import random_ribbon, rod_snap
 from .chooser import Answer, choose
 from .climb import SCATTER, endless, expected_steps, limit_of
 from .figures import figure, plt, save
 from .pool import in_parallel
 from .progress import Progress
 from .report import Picture, Section, Table
+from .trials import random_ribbon, rod_snap
 
 # meshes and tolerance of the ribbons' reference, and of one that would otherwise ring for minutes
 _REFERENCE = ((101, 151, 201), 1e-6)
@@ -64,7 +64,7 @@ def draw(count: int, seed: int) -> list[tuple[Scene, float]]:
     """Scenes and tolerances: half planar, half ribbons.
 
     Of the planar ones dL/L is uniform in 0.02..0.5, rate log-uniform in 1e-4..1 rad/s and nu in
-    1e-2..1e2 1/s; ribbons as in `calibrate.random_ribbon`.  Tolerances are log-uniform in 1e-4..1e-2
+    1e-2..1e2 1/s; ribbons as in `trials.random_ribbon`.  Tolerances are log-uniform in 1e-4..1e-2
     rad.  The ramps have no stop.
     """
     rng = np.random.default_rng(seed)

@@ -1,0 +1,83 @@
+"""Scenes drawn at random, and the snap of one by one run: what the laws are measured and checked with."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import der
+from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, quasilinear
+
+from .climb import endless
+from .laws import Policy
+
+
+def planar_scene(compression: float, rate: float, damping: float, thickness: float = 0.01) -> Scene:
+    """U+ under a ramp whose rate and damping are times t*; it ends far behind any snap."""
+    ribbon = Ribbon(thickness=thickness)
+    unit = ribbon.inertial_time
+    return Scene(
+        compression=compression,
+        shear=0.0,
+        start="U+",
+        rate=rate / unit,
+        damping=damping / unit,
+        stop=12.0,
+        ribbon=ribbon,
+    )
+
+
+def planar_snap(scene: Scene, policy: Policy) -> tuple[float, float]:
+    """Angle of the snap of a run, and its CPU seconds."""
+    begin = time.process_time()
+    rest: dict[str, Any] = {"elements": policy.elements, "tolerance": policy.tolerance, "until": "snap"}
+    if policy.model == "quasilinear":
+        history = quasilinear.simulate(scene, **rest)
+    else:
+        history = elastica.simulate(scene, extensible=True, **rest)
+    found = history.crossing()
+    return (float("nan") if found is None else found[1]), time.process_time() - begin
+
+
+def random_planar(rng: np.random.Generator, thickness: float = 0.01) -> Scene:
+    """A planar scene inside of the laws: dL uniform, rate and damping log-uniform."""
+    rate, damping = 10.0 ** rng.uniform(-4.0, 0.25), 10.0 ** rng.uniform(-2.0, 2.25)
+    return planar_scene(rng.uniform(0.02, 0.5), rate, damping, thickness)
+
+
+def random_ribbon(rng: np.random.Generator) -> Scene:
+    """A sheared scene whose start is a stable state, of coarse rods and of fine ones.
+
+    dL/L uniform in 0.1..0.5, dW uniform in 0.1..0.9 of its limit, U+S+ or U+S-; rate log-uniform in
+    1e-4..1 rad/s, nu in 1e-2..1e2 1/s.  Its ramp has no stop.
+    """
+    while True:
+        compression = rng.uniform(0.1, 0.5)
+        shear = (compression * (2.0 - compression)) ** 0.5 * rng.uniform(0.1, 0.9)
+        start = str(rng.choice(["U+S+", "U+S-"]))
+        rate, damping = 10.0 ** rng.uniform(-4.0, 0.0), 10.0 ** rng.uniform(-2.0, 2.0)
+        scene = Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping)
+        try:
+            for nodes in (51, 201):
+                # a ramp too short to do anything: does the ribbon have this start?
+                short = replace(scene, rate=1.0, stop=1e-6)
+                der.simulate(short, nodes=nodes, configurations=False)
+        except SceneError:
+            continue
+        return scene
+
+
+def rod_snap(scene: Scene, nodes: int, tolerance: float) -> tuple[float, float]:
+    """Angle of the snap of a rod (nan where there is none), and the CPU seconds of the run."""
+    begin = time.process_time()
+    try:
+        history = der.simulate(
+            endless(scene), nodes=nodes, tolerance=tolerance, configurations=False, until="snap"
+        )
+    except (SceneError, SolverError):
+        return float("nan"), time.process_time() - begin
+    found = history.crossing()
+    return (float("nan") if found is None else found[1]), time.process_time() - begin
