@@ -6,6 +6,7 @@ from skfem import Basis, BilinearForm, ElementLinePp, LinearForm, MeshLine
 
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
+from ribbonfem.elements.legendre import DEGREE
 from ribbonfem.policy import PolicyError
 from ribbonfem.results import SolverError
 from ribbonfem.stepping import beam_kernels as kernels
@@ -107,7 +108,7 @@ def test_branch_passes_the_start_and_keeps_its_length():
 @pytest.mark.parametrize("extensible", [False, True])
 def test_kernel_is_the_readable_form(extensible):
     """The kernel's tangent and residual against scikit-fem's forms, on a state without any symmetry."""
-    elements, p = 5, elastica.verbs.DEGREE
+    elements, p = 5, DEGREE
     problem = elastica.verbs.Statics(scene(ribbon=Ribbon(thickness=0.3)), elements, extensible)
     mesh, c = problem.mesh, problem.compliance
     table = elastica.verbs.tables(problem)
