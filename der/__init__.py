@@ -4,6 +4,8 @@
     der.equilibria(scene)   the connected curve of equilibria through the start state
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
+    der.state, der.stable_states, der.saddle, der.skipping_bound
+                            states by name, their passes, the static bound on skipping
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
 Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
@@ -13,6 +15,17 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 
 from . import modes
 from .motion import simulate
+from .rest import saddle, skipping_bound, stable_states, state
 from .verbs import equilibria, folds, normal_forms
 
-__all__ = ["equilibria", "folds", "modes", "normal_forms", "simulate"]
+__all__ = [
+    "equilibria",
+    "folds",
+    "modes",
+    "normal_forms",
+    "saddle",
+    "simulate",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]
