@@ -56,7 +56,7 @@ def test_a_failure_is_a_row():
     run = peers.Attempt("code", "10 elements", "0.1 s", go)
     assert run.once() is None
     assert run.timing().row()[-1] == "it stopped"
-    assert not run.done
+    assert not run.timing().done
 
 
 def test_closed_form_shape_is_the_elastica():
