@@ -2,6 +2,7 @@
 
     der.folds(scene)        the folds that a very slow ramp meets
     der.equilibria(scene)   the connected curve of equilibria through the start state
+    der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
     der.modes               names of shapes, outcomes of runs: skipping and selection
@@ -11,8 +12,12 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 `ribbonfem`, and no mechanics.
 """
 
+from ribbonfem.names import public
+
 from . import modes
 from .motion import simulate
-from .verbs import equilibria, folds, normal_forms
+from .verbs import equilibria, folds, leaves_plane, normal_forms
 
-__all__ = ["equilibria", "folds", "modes", "normal_forms", "simulate"]
+__all__ = ["equilibria", "folds", "leaves_plane", "modes", "normal_forms", "simulate"]
+
+__getattr__, __dir__ = public(__name__, __all__)
