@@ -2,6 +2,7 @@
 
     der.folds(scene)        the folds that a very slow ramp meets
     der.equilibria(scene)   the connected curve of equilibria through the start state
+    der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
     der.state, der.stable_states, der.saddle, der.skipping_bound
@@ -13,14 +14,17 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 `ribbonfem`, and no mechanics.
 """
 
+from ribbonfem.names import public
+
 from . import modes
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
-from .verbs import equilibria, folds, normal_forms
+from .verbs import equilibria, folds, leaves_plane, normal_forms
 
 __all__ = [
     "equilibria",
     "folds",
+    "leaves_plane",
     "modes",
     "normal_forms",
     "saddle",
@@ -29,3 +33,5 @@ __all__ = [
     "stable_states",
     "state",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

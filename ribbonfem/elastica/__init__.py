@@ -1,8 +1,11 @@
 """The planar elastica: a geometrically exact beam, with or without stretch."""
 
+from ribbonfem.names import public
+
 from .verbs import (
     equilibria,
     folds,
+    leaves_plane,
     normal_forms,
     simulate,
 )
@@ -10,6 +13,9 @@ from .verbs import (
 __all__ = [
     "equilibria",
     "folds",
+    "leaves_plane",
     "normal_forms",
     "simulate",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

@@ -39,7 +39,7 @@ from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.legendre import Mesh
-from ribbonfem.policy import flag, whole_number
+from ribbonfem.policy import flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
@@ -62,8 +62,10 @@ class Statics:
 
     def __init__(self, scene: Scene, elements: int, extensible: bool) -> None:
         scene.require_planar("elastica")
-        self.mesh = Mesh(whole_number("elements", elements, 4))
+        count = whole_number("elements", elements, 4)
+        require_memory("elements", elements, 2e4 * count, "the mesh")
         self.compliance = 1.0 / scene.ribbon.stretch_ratio if flag("extensible", extensible) else 0.0
+        self.mesh = Mesh(count)
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time

@@ -1,5 +1,7 @@
 """The ribbon as a geometrically exact Kirchhoff rod in three dimensions, by finite elements."""
 
+from ribbonfem.names import public
+
 from .verbs import (
     Pitchforks,
     RestState,
@@ -27,3 +29,5 @@ __all__ = [
     "stable_states",
     "state",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

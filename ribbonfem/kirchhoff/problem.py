@@ -12,6 +12,7 @@ in L, forces in EI2/L^2, energies in EI2/L.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -87,6 +88,7 @@ class Statics:
         degree: int = DEGREE,
     ) -> None:
         self.clamps = clamps
+        self.ribbon = ribbon
         self.vary = vary
         self.tables: LineTables = line_tables(elements, degree)
         self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
@@ -97,6 +99,17 @@ class Statics:
         # |dg| is half the angle
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
         self.parameter_weight = PARAMETER_WEIGHT if vary == "angle" else SHIFT_WEIGHT
+
+    @property
+    def one_stiffness(self) -> bool:
+        """Whether both bending stiffnesses are the same, as far as the tangent's digits tell."""
+        return self.ribbon.one_stiffness
+
+    def stiffened(self, share: float) -> Statics:
+        """The same equations with EI1/EI2 larger by a share."""
+        other = copy(self)
+        other.stiff = self.stiff * np.array([1.0, 1.0, 1.0 + share])
+        return other
 
     def at(self, parameter: float) -> Clamps:
         """The clamps at a value of the parameter."""

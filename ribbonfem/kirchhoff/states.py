@@ -28,7 +28,7 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
-from ribbonfem.results import Array
+from ribbonfem.results import Array, Value
 from ribbonfem.scene import Scene, SceneError
 
 from .problem import Clamps, Frames, Statics
@@ -52,8 +52,8 @@ class Pitchforks:
     restored: float | None
 
 
-@dataclass(frozen=True)
-class ShearCurve:
+@dataclass(frozen=True, repr=False, eq=False)
+class ShearCurve(Value):
     """One family of states at alpha = 0 against the shear, one row a point, in the order of the curve.
 
     Attributes
@@ -71,6 +71,13 @@ class ShearCurve:
     slope: Array
     energy: Array
     stable: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        span = f"shear {self.shear.min():.4g} .. {self.shear.max():.4g}" if len(self.shear) else "empty"
+        return (
+            f"ShearCurve({self.family!r}, {len(self.shear)} points, {span}, "
+            f"{int(np.count_nonzero(self.stable))} stable)"
+        )
 
 
 def mirrored(state: Frames) -> Frames:
@@ -115,10 +122,29 @@ def _steps(compression: float) -> Steps:
     return Steps(first=0.02 * limit, largest=0.1 * limit)
 
 
-def _unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
-    """The curve of U+ in the shear, from 0 to `limit`."""
+def _beginning(problem: Statics, limit: float) -> Point[Frames]:
+    """The first point of the curve of U+ in the shear: planar, or sheared if the rod is of one stiffness.
+
+    Without shear such a rod turns freely about the x axis: that mode's eigenvalue is rounding, so that
+    rounding would decide the index, and how much of the mode is in the tangent.  A ratio larger by
+    1e-6 lifts the eigenvalue by 5e-4 and leads to a shear at which it is 10 dW^2 or more by itself.
+    """
     compression = problem.clamps.compression
-    first = first_point(problem, problem.buckled(compression), 0.0, 1.0)
+    start = problem.buckled(compression)
+    if not problem.one_stiffness:
+        return first_point(problem, start, 0.0, 1.0)
+    lifted = problem.stiffened(1e-6)
+    first = first_point(lifted, start, 0.0, 1.0)
+    shear = min(0.02 * _limit(compression), 0.5 * limit)
+    guess = lifted.advance(first.state, first.direction * (shear / first.rate), shear)
+    state, _ = equilibrium(lifted, guess, shear)
+    return first_point(problem, state, shear, 1.0)
+
+
+def _unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
+    """The curve of U+ in the shear, from `_beginning` to `limit`."""
+    compression = problem.clamps.compression
+    first = _beginning(problem, limit)
     for segment in trace(problem, first, (-limit, limit), _steps(compression), unstable=8):
         yield segment
         if segment.end.parameter < 0.0:
@@ -193,7 +219,8 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
     """
     if shear == 0.0:
         state, line = equilibrium(problem, problem.buckled(problem.clamps.compression), 0.0)
-        return {"U": (state, line.index)}
+        # a neutral state is no stable one, whatever rounding makes of its eigenvalue
+        return {"U": (state, max(line.index, int(problem.one_stiffness)))}
     found: dict[str, tuple[Frames, int]] = {}
     events: list[Event[Frames]] = []
     for segment in _unbroken(problem, shear):
@@ -232,6 +259,8 @@ def _in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
 
 def stable(scene: Scene, *, elements: int, extensible: bool) -> tuple[str, ...]:
     """Names of the states that are stable at alpha = 0."""
+    if not scene.isolated:
+        return ()
     return tuple(_stable(families(_in_shear(scene, elements, extensible), abs(scene.shear))))
 
 
@@ -244,6 +273,8 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
         If it is not a stable equilibrium there; the message names those that are.
     """
     scene.require_isolated()
+    if extensible:
+        scene.require_buckled()
     sheared = _in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
     found = families(sheared, shear)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
-from ribbonfem.policy import PolicyError, flag, interval, whole_number
+from ribbonfem.policy import PolicyError, flag, require_memory, verb, whole_number
 from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
@@ -75,9 +75,11 @@ def _mesh(elements: object, extensible: object) -> dict[str, Any]:
     count = whole_number("elements", elements, 4)
     if count % 2:
         raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+    require_memory("elements", elements, 4e4 * count, "the mesh")
     return {"elements": count, "extensible": flag("extensible", extensible)}
 
 
+@verb
 def folds(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -101,9 +103,11 @@ def folds(
         For a mesh that cannot be, a continuation that fails.
     """
     problem, start = states.named(scene, **_mesh(elements, extensible))
-    return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start, scene, steps))
+    of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
 
 
+@verb
 def equilibria(
     scene: Scene,
     *,
@@ -118,13 +122,13 @@ def equilibria(
     Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
     first state of more than `unstable` unstable directions.
     """
-    span = interval("span", span)
-    limit = whole_number("unstable", unstable, 0)
     problem, start = states.named(scene, **_mesh(elements, extensible))
-    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
-    return whole_curve(problem, start, span, steps or steps_for(scene), limit).as_branch(scene, policy)
+    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
+    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
+    return curve.as_branch(scene, policy, "kirchhoff")
 
 
+@verb
 def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
     """The scene's start state at alpha = 0: stable, whatever the compression and shear.
 
@@ -135,6 +139,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     return _rest(problem, frames, 0.0, 0, scene)
 
 
+@verb
 def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> tuple[str, ...]:
     """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
 
@@ -144,6 +149,7 @@ def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = 
     return states.stable(scene, **_mesh(elements, extensible))
 
 
+@verb
 def pitchforks(
     compression: float,
     *,
@@ -171,6 +177,7 @@ def pitchforks(
     return states.pitchforks(scene, **_mesh(elements, extensible))
 
 
+@verb
 def shear_curves(
     compression: float,
     *,
@@ -186,6 +193,7 @@ def shear_curves(
     return states.shear_curves(scene, **_mesh(elements, extensible))
 
 
+@verb
 def saddle(
     scene: Scene,
     angle: float,
@@ -222,6 +230,7 @@ def saddle(
     return _rest(problem, point.state, angle, 1, scene)
 
 
+@verb
 def skipping_bound(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> float:

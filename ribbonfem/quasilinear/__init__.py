@@ -1,5 +1,7 @@
 """The quasi-linear beam: small slopes, end-shortening as a global constraint."""
 
+from ribbonfem.names import public
+
 from .verbs import (
     ClosedFormBranch,
     ClosedFormFold,
@@ -21,3 +23,5 @@ __all__ = [
     "normal_forms",
     "simulate",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)
