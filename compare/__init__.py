@@ -13,19 +13,22 @@ _QUESTIONS = (
     "crosscheck",
     "delay",
     "folds",
-    "peers",
     "run",
     "speed",
     "stability",
 )
 # functions that scripts call, and the module of each
-_CALLS = {"choose": "chooser", "convergence": "refinement", "read_scene": "scene_file"}
+_CALLS = {
+    "choose": "chooser.choice",
+    "convergence": "measures.convergence",
+    "read_scene": "face.scene_file",
+}
 
 
 def __getattr__(name: str) -> Any:
     # each question pulls in the models and the plotting it needs: only when it is asked
     if name in _QUESTIONS:
-        return import_module(f"{__name__}.{name}")
+        return import_module(f"{__name__}.questions.{name}")
     if name in _CALLS:
         return getattr(import_module(f"{__name__}.{_CALLS[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

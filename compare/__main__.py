@@ -81,7 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if not arguments or arguments[0] not in COMMANDS:
         _parser().parse_args(arguments[:1] or ["--help"])
-    module = importlib.import_module(f"compare.{arguments[0]}")
+    module = importlib.import_module(f"compare.questions.{arguments[0]}")
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {arguments[0]}",
         description=inspect.getdoc(module.main),
@@ -93,10 +93,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     options = vars(parser.parse_args(arguments[1:]))
 
+    from compare.face.report import show, write_section
+    from compare.sweep.progress import Progress
     from ribbonfem.results import SolverError
-
-    from .progress import Progress
-    from .report import show, write_section
 
     try:
         with Progress(visible=not (options["quiet"] or options["json"])) as progress:

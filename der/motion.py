@@ -26,9 +26,9 @@ from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
 
 from . import kernels
+from .problem import Statics, default_steps
 from .rod import Rod, RodState
 from .states import start_state
-from .statics import Statics, default_steps
 
 METHODS = MappingProxyType(
     {

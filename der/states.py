@@ -20,8 +20,8 @@ from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import SceneError
 
 from . import kernels
+from .problem import Statics
 from .rod import Rod, RodState
-from .statics import Statics
 
 # heights and slips below this (in L) count as zero when a state is named
 _FLAT = 1e-6

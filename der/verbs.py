@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ribbonfem.continuation import Steps
-from ribbonfem.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import interval
 from ribbonfem.results import Branch, Fold
 from ribbonfem.scene import Scene
 
+from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state
-from .statics import Statics, default_steps
 
 
 def folds(

@@ -28,9 +28,10 @@ from typing import Literal, Protocol
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ribbonfem.continuation.curves import ramp_folds
+
 from .closed_form import closed_form_fold
 from .continuation import Event, Point, Problem, State, Steps
-from .curves import ramp_folds
 from .results import Array, SolverError
 from .scene import Scene
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 import der
-from compare import accuracy
 from compare.__main__ import main as command
-from compare.accuracy_cases import CASES, FAMILIES, GROUPS, default_policy, entries
-from compare.accuracy_fronts import Choice, distance, front, ranking
-from compare.accuracy_references import buckled, reference, small_slopes
-from compare.report import write_section
+from compare.face.report import write_section
+from compare.questions.accuracy import question as accuracy
+from compare.questions.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
+from compare.questions.accuracy.fronts import Choice, distance, front, ranking
+from compare.questions.accuracy.references import buckled, reference, small_slopes
 from ribbonfem import Scene, elastica, quasilinear
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")

@@ -6,10 +6,11 @@ import pytest
 
 import compare
 import der
-from compare import choices, climb
-from compare.chooser import FLAT, Choice, _stable_to_its_fold, choose, stays_planar
-from compare.climb import limit_of
-from compare.laws import Policy, beam_units, shipped
+from compare.chooser import climb
+from compare.chooser.choice import FLAT, Choice, _stable_to_its_fold, choose, stays_planar
+from compare.chooser.climb import limit_of
+from compare.chooser.laws import Policy, beam_units, shipped
+from compare.questions import choices
 from ribbonfem import Ribbon, Scene, SceneError, elastica
 from ribbonfem.delay import universal
 from ribbonfem.policy import PolicyError

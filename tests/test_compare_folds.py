@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare import folds, shear_figures
-from compare.report import write_section
+from compare.face.report import write_section
+from compare.questions.folds import question as folds
+from compare.questions.folds import shear as shear_figures
 from der.rod import Rod
 from der.states import stable_states
 from ribbonfem import Fold, Scene, SolverError, kirchhoff

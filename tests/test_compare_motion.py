@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from compare import cases, delay, pool, speed
+from compare.questions import cases, delay, speed
+from compare.sweep import pool
 
 
 def test_delay_against_theory(tmp_path):

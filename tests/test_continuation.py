@@ -17,8 +17,8 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
-from ribbonfem.kirchhoff_rod import Clamps, Statics
-from ribbonfem.kirchhoff_states import named
+from ribbonfem.kirchhoff.problem import Clamps, Statics
+from ribbonfem.kirchhoff.states import named
 
 
 @dataclass

@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from compare import crosscheck
-from compare.report import Section, Table, write_section
+from compare.face.report import Section, Table, write_section
+from compare.questions import crosscheck
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import der
+from der.problem import Statics
 from der.rod import Rod
 from der.states import mirrored, name, reversed_, stable_states, start_state
-from der.statics import Statics
 from ribbonfem import Ribbon, Scene, SceneError, elastica
 from ribbonfem.policy import PolicyError
 

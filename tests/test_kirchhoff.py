@@ -9,10 +9,10 @@ from scipy.optimize import root
 
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
-from ribbonfem import kirchhoff_kernels as kernels
 from ribbonfem.continuation import Steps, first_point, trace
-from ribbonfem.kirchhoff_rod import Clamps, Frames, Statics
-from ribbonfem.kirchhoff_states import named
+from ribbonfem.kirchhoff import kernels
+from ribbonfem.kirchhoff.problem import Clamps, Frames, Statics
+from ribbonfem.kirchhoff.states import named
 from ribbonfem.policy import PolicyError
 
 PATH2 = Scene(compression=0.40, shear=0.40, start="U+S+")

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis, BilinearForm, MeshLine, solve
 from skfem.helpers import dot, grad
 
-from ribbonfem.lagrange import ElementLineLobatto, line_tables, lobatto_points
+from ribbonfem.elements.lobatto import ElementLineLobatto, line_tables, lobatto_points
 
 
 @pytest.mark.parametrize("degree", [2, 3, 5, 6])

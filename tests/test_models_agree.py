@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import der
-from compare.crosscheck import edge_ratio
+from compare.questions.crosscheck import edge_ratio
 from ribbonfem import Scene, delay, elastica, kirchhoff
 
 BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, stop=1.175)

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ribbonfem import Scene, elastica, newmark, quasilinear
+from ribbonfem import Scene, elastica, quasilinear
 from ribbonfem.results import SolverError
+from ribbonfem.stepping import newmark
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
 SMALL = {elastica: 8, quasilinear: 16}

@@ -4,9 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare import peer_auto, peer_exudyn, peer_pyelastica, peers
-from compare.report import write_section
-from ribbonfem import Scene, SceneError, SolverError, elastica, euler, kirchhoff
+from compare.face.report import write_section
+from compare.peers import auto as peer_auto
+from compare.peers import exudyn as peer_exudyn
+from compare.peers import pyelastica as peer_pyelastica
+from compare.questions import peers
+from ribbonfem import Scene, SceneError, SolverError, elastica, kirchhoff
+from ribbonfem.closed_form import euler
 
 
 def _run(error, seconds, mesh=10, step="0.01 s", note=""):

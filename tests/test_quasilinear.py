@@ -4,7 +4,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 from ribbonfem import Scene, SceneError, quasilinear
-from ribbonfem.hermite import hermite_basis
+from ribbonfem.elements.hermite import hermite_basis
 from ribbonfem.policy import PolicyError
 
 SCENE = Scene(compression=0.2, shear=0.0, start="U+")
@@ -111,7 +111,7 @@ def test_refusals():
 def test_hermite_element_keeps_digits_on_short_shifted_elements():
     from skfem import Basis, MeshLine
 
-    from ribbonfem.hermite import ElementLineLocalHermite
+    from ribbonfem.elements.hermite import ElementLineLocalHermite
 
     mesh = MeshLine(1000.0 + np.linspace(0.0, 1e-3, 4))
     basis = Basis(mesh, ElementLineLocalHermite(), intorder=6)

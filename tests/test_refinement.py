@@ -3,8 +3,8 @@ import pytest
 
 import der
 from compare import convergence
-from compare.accuracy_measures import QUANTITIES, Shape, unknowns
-from compare.refinement import richardson, triple_order
+from compare.measures.convergence import richardson, triple_order
+from compare.measures.quantities import QUANTITIES, Shape, unknowns
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.policy import PolicyError
 

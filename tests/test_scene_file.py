@@ -3,7 +3,7 @@ import json
 import pytest
 
 from compare.__main__ import main
-from compare.scene_file import read_scene
+from compare.face.scene_file import read_scene
 from ribbonfem import Ribbon, Scene, SceneError
 
 TEXT = """

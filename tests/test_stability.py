@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import der
-from compare import hard_cases, hard_statics, stability
-from compare.hard_cases import CASES, KNOWN, OWN, Hard
+from compare.questions.stability import hard_cases, hard_statics
+from compare.questions.stability import question as stability
+from compare.questions.stability.hard_cases import CASES, KNOWN, OWN, Hard
 from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.results import Branch, Fold
 

@@ -1,0 +1,1 @@
+"""How results are shown: report, pictures, scene files."""

@@ -1,0 +1,1 @@
+"""Quantities of a scene, and their convergence in mesh and step."""

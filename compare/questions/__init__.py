@@ -1,0 +1,1 @@
+"""One question a file or folder, each a command."""

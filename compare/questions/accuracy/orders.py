@@ -1,0 +1,145 @@
+"""Observed orders of every model on the mesh and of every method on the step: one `convergence` each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from compare.measures.convergence import Convergence, convergence
+from der.motion import METHODS as ROD_METHODS
+from ribbonfem import Scene
+from ribbonfem.stepping.newmark import METHODS as BEAM_METHODS
+
+from .cases import CASES
+
+_SCENES = {f"{case.group}/{case.name}": case.scene for case in CASES}
+_BEAM = _SCENES["static-planar/0.40"]
+_RIBBON = _SCENES["static-ribbon/0.40-0.40-U+S+"]
+# slow ramps: after a fast one's start the motion is too rough for a method to show its order
+_MOVING_BEAM = _SCENES["dynamic-planar/0.40-rate0.1-nu1"]
+_MOVING_RIBBON = _SCENES["dynamic-ribbon/0.40-0.37-rate0.1-nu1"]
+_STEPS = (2e-2, 1e-2, 5e-3, 2.5e-3)
+_ROD_STEPS = (1e-2, 5e-3, 2.5e-3, 1.25e-3)
+# the same step on all meshes leaves their orders alone
+_BEAM_STEP = {"method": "newmark", "step": 2e-2}
+_ROD_STEP = {"method": "generalised-alpha", "step": 2e-2}
+
+
+@dataclass(frozen=True)
+class Study:
+    """One convergence study: what `convergence` is called with."""
+
+    group: str
+    label: str
+    model: str
+    scene: Scene
+    quantity: str
+    over: Mapping[str, tuple[float, ...]]
+    policy: Mapping[str, Any]
+
+    def run(self) -> Convergence:
+        """Do it."""
+        return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.policy)
+
+
+def _at_rest() -> list[Study]:
+    beams: list[tuple[str, str, dict[str, tuple[float, ...]], dict[str, Any]]] = [
+        ("quasi-linear", "quasilinear", {"elements": (8, 16, 32, 64)}, {}),
+        ("elastica", "elastica", {"elements": (12, 16, 24, 32)}, {}),
+        ("elastica, EA", "elastica", {"elements": (12, 16, 24, 32)}, {"extensible": True}),
+        ("DER centred", "der", {"nodes": (51, 101, 201, 401)}, {}),
+        ("DER two-node", "der", {"nodes": (101, 201, 401, 801)}, {"clamp": "two-node"}),
+    ]
+    ribbons: list[tuple[str, str, dict[str, tuple[float, ...]], dict[str, Any]]] = [
+        ("Kirchhoff", "kirchhoff", {"elements": (8, 12, 16, 20)}, {}),
+        ("Kirchhoff, EA", "kirchhoff", {"elements": (8, 12, 16, 20)}, {"extensible": True}),
+        *beams[-2:],
+    ]
+    return [
+        Study(group, label, model, scene, quantity, over, policy)
+        for group, scene, what in (("static-planar", _BEAM, beams), ("static-ribbon", _RIBBON, ribbons))
+        for label, model, over, policy in what
+        for quantity in ("fold", "shape", "energy")
+    ]
+
+
+def _in_motion() -> list[Study]:
+    planar, ribbon = "dynamic-planar", "dynamic-ribbon"
+    nodes, finer = {"nodes": (51, 101, 201)}, {"nodes": (101, 201, 401)}
+    two_node = {**_ROD_STEP, "clamp": "two-node"}
+    found = [
+        Study(
+            planar, "quasi-linear", "quasilinear", _MOVING_BEAM, "snap", {"elements": (8, 16, 32)}, _BEAM_STEP
+        ),
+        Study(
+            planar, "elastica", "elastica", _MOVING_BEAM, "snap", {"elements": (8, 12, 16, 24)}, _BEAM_STEP
+        ),
+        Study(planar, "DER centred", "der", _MOVING_BEAM, "snap", nodes, _ROD_STEP),
+        Study(planar, "DER two-node", "der", _MOVING_BEAM, "snap", finer, two_node),
+        Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
+        Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
+    ]
+    for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
+        found += [
+            Study(
+                planar,
+                f"{label}, {method}",
+                model,
+                _MOVING_BEAM,
+                "snap",
+                {"step": _STEPS},
+                {"elements": elements, "method": method},
+            )
+            for method in BEAM_METHODS
+        ]
+    for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
+        found += [
+            Study(
+                group,
+                f"DER, {method}",
+                "der",
+                scene,
+                "snap",
+                {"step": _ROD_STEPS},
+                # an iteration stopped early leaves an error that does not fall with the step
+                {"nodes": 26, "method": method, "newton_tolerance": 1e-11},
+            )
+            for method in ROD_METHODS
+            if method != "verlet"
+        ]
+    return found
+
+
+def studies(groups: tuple[str, ...], models: tuple[str, ...]) -> list[Study]:
+    """The studies of these groups and models."""
+    return [s for s in (*_at_rest(), *_in_motion()) if s.group in groups and s.model in models]
+
+
+def run_study(study: Study) -> Convergence:
+    """Do a study; a function of the module, for worker processes."""
+    return study.run()
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def record(study: Study, found: Convergence) -> dict[str, Any]:
+    """A study and what came of it, for programs."""
+    return {
+        "group": study.group,
+        "label": study.label,
+        "model": study.model,
+        "quantity": study.quantity,
+        "over": found.over,
+        "at": list(found.at),
+        "sizes": list(found.sizes),
+        "errors": [float(e) for e in found.errors],
+        "orders": [_number(p) for p in found.orders],
+        "order": _number(found.order),
+        "expected": found.expected,
+        "verified": found.verified,
+        "policy": dict(study.policy),
+    }

@@ -1,0 +1,21 @@
+"""What is known in closed form: the beam of small slopes, and Euler's elastica (`euler`)."""
+
+from .small_slopes import (
+    EULER,
+    NEXT_EVEN,
+    ODD,
+    ClosedFormBranch,
+    ClosedFormFold,
+    closed_form_branch,
+    closed_form_fold,
+)
+
+__all__ = [
+    "EULER",
+    "NEXT_EVEN",
+    "ODD",
+    "ClosedFormBranch",
+    "ClosedFormFold",
+    "closed_form_branch",
+    "closed_form_fold",
+]

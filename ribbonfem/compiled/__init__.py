@@ -1,0 +1,1 @@
+"""Compiled linear algebra of the hot loops."""

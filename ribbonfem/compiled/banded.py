@@ -1,0 +1,151 @@
+"""Symmetric banded factorisation with a dense border, and its inertia.
+
+The tangents of all models are symmetric: a band, and a few dense rows of global constraints.
+L D L^T without pivoting keeps the band and gives the inertia for nothing (Sylvester); a small
+pivot costs digits, which one step of iterative refinement restores.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ribbonfem.results import Array
+
+
+@njit(cache=True, nogil=True)
+def factor_arrow(band: Array, border: Array, corner: Array) -> int:
+    """Overwrite a symmetric arrow matrix with its L D L^T; return the number of negative pivots.
+
+    Parameters
+    ----------
+    band: (n + w, w + 1), band[i, d] = A[i + d, i]; the last w rows are scratch.
+    border: (k, n), rows n .. n + k - 1 of the matrix.
+    corner: (k, k).
+    """
+    n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
+    negative = 0
+    tiny = 1e-300
+    for i in range(n):
+        pivot = band[i, 0]
+        if abs(pivot) < tiny:
+            pivot = tiny
+            band[i, 0] = pivot
+        if pivot < 0.0:
+            negative += 1
+        for r in range(k):
+            entry = border[r, i]
+            if entry != 0.0:
+                factor = entry / pivot
+                for d in range(1, min(width, n - 1 - i) + 1):
+                    border[r, i + d] -= factor * band[i, d]
+                for s in range(k):
+                    corner[r, s] -= factor * border[s, i] if s >= r else 0.0
+        for d in range(1, min(width, n - 1 - i) + 1):
+            factor = band[i, d] / pivot
+            if factor != 0.0:
+                for e in range(d, width + 1):
+                    band[i + d, e - d] -= factor * band[i, e]
+        for r in range(k):
+            border[r, i] /= pivot
+        for d in range(1, width + 1):
+            band[i, d] /= pivot
+    for r in range(k):
+        pivot = corner[r, r]
+        if abs(pivot) < tiny:
+            pivot = tiny
+            corner[r, r] = pivot
+        if pivot < 0.0:
+            negative += 1
+        for s in range(r + 1, k):
+            factor = corner[r, s] / pivot
+            for t in range(s, k):
+                corner[s, t] -= factor * corner[r, t]
+        for s in range(r + 1, k):
+            corner[r, s] /= pivot
+    return negative
+
+
+@njit(cache=True, nogil=True)
+def solve_arrow(band: Array, border: Array, corner: Array, x: Array) -> None:
+    """Overwrite x (n + k, m) with the solution, from the factors of `factor_arrow`."""
+    n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
+    for c in range(x.shape[1]):
+        for i in range(n):
+            value = x[i, c]
+            for d in range(1, min(width, n - 1 - i) + 1):
+                x[i + d, c] -= band[i, d] * value
+            for r in range(k):
+                x[n + r, c] -= border[r, i] * value
+        for r in range(k):
+            for s in range(r + 1, k):
+                x[n + s, c] -= corner[r, s] * x[n + r, c]
+        for r in range(k - 1, -1, -1):
+            value = x[n + r, c] / corner[r, r]
+            for s in range(r + 1, k):
+                value -= corner[r, s] * x[n + s, c]
+            x[n + r, c] = value
+        for i in range(n - 1, -1, -1):
+            value = x[i, c] / band[i, 0]
+            for d in range(1, min(width, n - 1 - i) + 1):
+                value -= band[i, d] * x[i + d, c]
+            for r in range(k):
+                value -= border[r, i] * x[n + r, c]
+            x[i, c] = value
+
+
+@njit(cache=True, nogil=True)
+def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array:
+    """The product of the (unfactored) matrix with x (n + k, m)."""
+    n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
+    y = np.zeros_like(x)
+    for c in range(x.shape[1]):
+        for i in range(n):
+            y[i, c] += band[i, 0] * x[i, c]
+            for d in range(1, min(width, n - 1 - i) + 1):
+                y[i + d, c] += band[i, d] * x[i, c]
+                y[i, c] += band[i, d] * x[i + d, c]
+            for r in range(k):
+                y[n + r, c] += border[r, i] * x[i, c]
+                y[i, c] += border[r, i] * x[n + r, c]
+        for r in range(k):
+            for s in range(k):
+                y[n + r, c] += corner[min(r, s), max(r, s)] * x[n + s, c]
+    return y
+
+
+class Arrow:
+    """A factorised symmetric arrow matrix.
+
+    Parameters
+    ----------
+    band: (n, w + 1), band[i, d] = A[i + d, i].
+    border: (k, n) or None.
+    corner: (k, k) or None for zeros; only its upper triangle is read.
+
+    Attributes
+    ----------
+    negative: number of negative eigenvalues of the whole matrix.
+    """
+
+    def __init__(self, band: Array, border: Array | None = None, corner: Array | None = None) -> None:
+        n, width = band.shape[0], band.shape[1] - 1
+        self._border = np.zeros((0, n)) if border is None else border
+        k = len(self._border)
+        self._corner = np.zeros((k, k)) if corner is None else corner
+        self._band = band
+        factors = np.zeros((n + width, width + 1))
+        factors[:n] = band
+        for d in range(1, width + 1):
+            factors[n - d : n, d] = 0.0
+        self._factors = (factors, self._border.copy(), self._corner.copy())
+        self.negative = int(factor_arrow(*self._factors))
+
+    def solve(self, right: Array) -> Array:
+        """Solve for right-hand sides (n + k,) or (n + k, m), with one step of refinement."""
+        b = np.ascontiguousarray(right.reshape(len(right), -1), dtype=np.float64)
+        x = b.copy()
+        solve_arrow(*self._factors, x)
+        rest = b - multiply_arrow(self._band, self._border, self._corner, x)
+        solve_arrow(*self._factors, rest)
+        return (x + rest).reshape(right.shape)

@@ -1,0 +1,258 @@
+"""Equilibrium equations, the points of a curve of equilibria, and Newton from one to the next.
+
+A model states its equilibrium equations ``F(u, p) = 0`` as a `Problem`; everything here works
+on that and knows no mechanics.  Tangents ``J = F_u`` are symmetric (they come from an energy
+or a Lagrangian), which the bordered solver uses.  A state may live on a manifold (rotating
+frames, for example): increments are applied by the problem's own `advance`.
+
+References: H. B. Keller (1977), pseudo-arclength; W. Govaerts, "Numerical Methods for
+Bifurcations of Dynamical Equilibria", SIAM 2000, section 3.6, mixed block elimination.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from ribbonfem.results import Array, SolverError
+
+State = TypeVar("State")
+
+# An angle of 1 rad counts as 0.15 L in the arclength: heights change by some 0.3 L over a fold's
+# neighbourhood and angles by 1 rad, and a curve of even curvature takes the fewest steps.
+PARAMETER_WEIGHT = 0.0225
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """The equations and their tangent at one state.
+
+    Attributes
+    ----------
+    residual: F(u, p), (n,).
+    slope: F_p, (n,).
+    solve: x -> J^-1 x for x of shape (n,) or (n, k); J is symmetric.
+    index: number of unstable directions (negative eigenvalues of the energy on the constraints).
+    """
+
+    residual: Array
+    slope: Array
+    solve: Callable[[Array], Array]
+    index: int
+
+
+class Problem(Protocol[State]):
+    """Equilibrium equations in one parameter p.
+
+    `weight` (n,) and `parameter_weight` make the arclength ds^2 = sum(weight du^2) +
+    parameter_weight dp^2 independent of the mesh.
+    """
+
+    weight: Array
+    parameter_weight: float
+
+    def linearise(self, state: State, parameter: float) -> Linearisation:
+        """Assemble and factorise at a state."""
+        ...
+
+    def advance(self, state: State, increment: Array, parameter: float) -> State:
+        """Return the state moved by `increment` (n,), at the new parameter (which may move the clamps)."""
+        ...
+
+    def observe(self, state: State, parameter: float) -> tuple[float, float, float]:
+        """Height z(1/2)/L, slope t_z(1/2) and compressive end force."""
+        ...
+
+    def positions(self, state: State, parameter: float) -> Array:
+        """Positions (nodes, 3) in L."""
+        ...
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Step control.  The defaults find the same folds when each is halved or doubled.
+
+    Attributes
+    ----------
+    first, largest, smallest: arclength of a step.
+    turn: largest angle (rad) between the tangents at the two ends of a step.
+    correction: largest first Newton correction, in parts of the step; a larger one would allow
+        a jump to a curve nearby.
+    newton: largest number of Newton iterations.
+    tolerance: Newton stops when an increment is below it; convergence is quadratic, so that
+        what is left is of the order of its square.
+    most: largest number of points on a curve.
+    """
+
+    first: float = 0.02
+    largest: float = 0.2
+    smallest: float = 1e-7
+    turn: float = 0.35
+    correction: float = 0.25
+    newton: int = 8
+    tolerance: float = 1e-7
+    most: int = 4000
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, bool) or not value > 0:
+                raise ValueError(f"Steps.{name} = {value!r}: must be greater than 0")
+
+
+@dataclass(frozen=True)
+class Point(Generic[State]):
+    """A point of a curve with its unit tangent (du/ds, dp/ds) and the `step` that led to it.
+
+    `bend` is the tangent's rate of change over that step, (d2u/ds2, d2p/ds2) across the tangent
+    and to first order; None where there was no step.
+    """
+
+    state: State
+    parameter: float
+    direction: Array
+    rate: float
+    index: int
+    linearisation: Linearisation = field(repr=False)
+    step: float = 0.0
+    iterations: int = 0
+    bend: tuple[Array, float] | None = field(default=None, repr=False)
+
+
+class Failed(Exception):
+    """A corrector that did not converge; the caller shortens the step."""
+
+
+def bordered_solve(
+    line: Linearisation, row: Array, corner: float, right: Array, last: float
+) -> tuple[Array, float]:
+    """Solve [[J, F_p], [row, corner]] (x, y) = (right, last), also where J is nearly singular.
+
+    Mixed block elimination: backward stable whatever the rank of J, so that a curve passes
+    its folds without loss of digits.
+    """
+    both = line.solve(np.column_stack((row, line.slope)))
+    left, column = both[:, 0], both[:, 1]
+    first = (last - float(left @ right)) / (corner - float(left @ line.slope))
+    x = line.solve(right - line.slope * first)
+    second = (last - corner * first - float(row @ x)) / (corner - float(row @ column))
+    return x - column * second, float(first + second)
+
+
+def norm(problem: Problem[State], increment: Array, change: float) -> float:
+    """Arclength of an increment (du, dp)."""
+    return float(np.sqrt(problem.weight @ increment**2 + problem.parameter_weight * change**2))
+
+
+def equilibrium(
+    problem: Problem[State], state: State, parameter: float, *, newton: int = 30, tolerance: float = 1e-9
+) -> tuple[State, Linearisation]:
+    """Newton at a fixed parameter from a good guess.
+
+    Returns
+    -------
+    The state and the linearisation at it.
+
+    Raises
+    ------
+    SolverError
+        If the increment does not fall below `tolerance` within `newton` iterations.
+    """
+    size = np.inf
+    for _ in range(newton):
+        line = problem.linearise(state, parameter)
+        increment = line.solve(-line.residual)
+        size = norm(problem, increment, 0.0)
+        if not np.isfinite(size) or size > 1e3:
+            break
+        state = problem.advance(state, increment, parameter)
+        if size < tolerance:
+            return state, problem.linearise(state, parameter)
+    raise SolverError(
+        f"no equilibrium found at parameter {parameter:.6g}: Newton's last increment was {size:.3g} "
+        f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess or a finer mesh"
+    )
+
+
+def tangent(
+    problem: Problem[State], line: Linearisation, direction: Array, rate: float
+) -> tuple[Array, float]:
+    """Unit tangent with a positive component along (direction, rate).
+
+    Raises
+    ------
+    Failed
+        If there is none: the factorisation broke down, as it may on a mesh far too coarse.
+    """
+    row, corner = problem.weight * direction, problem.parameter_weight * rate
+    u, p = bordered_solve(line, row, corner, np.zeros_like(direction), 1.0)
+    if not (abs(p) < 1e100 and np.abs(u).max() < 1e100):
+        raise Failed
+    size = norm(problem, u, p)
+    return u / size, p / size
+
+
+def first_point(problem: Problem[State], state: State, parameter: float, sign: float) -> Point[State]:
+    """The point at an equilibrium, with the tangent along which the parameter moves with `sign`."""
+    state, line = equilibrium(problem, state, parameter)
+    direction, rate = -line.solve(line.slope), 1.0
+    size = np.copysign(norm(problem, direction, rate), sign)
+    return Point(state, parameter, direction / size, rate / size, line.index, line)
+
+
+def correct(
+    problem: Problem[State], base: Point[State], step: float, steps: Steps, *, fresh: bool = False
+) -> Point[State]:
+    """The point of the curve at pseudo-arclength `step` from `base`.
+
+    Predicted along the parabola of the last step's bend, which saves an iteration against the
+    straight line.  The tangent is of the last linearisation, one (small) increment back, or of
+    a `fresh` one where an event is to be located by it.
+    """
+    row, corner = problem.weight * base.direction, problem.parameter_weight * base.rate
+    increment, change = step * base.direction, step * base.rate
+    if base.bend is not None:
+        increment = increment + 0.5 * step**2 * base.bend[0]
+        change += 0.5 * step**2 * base.bend[1]
+    parameter = base.parameter + change
+    state = problem.advance(base.state, increment, parameter)
+    for iteration in range(1, steps.newton + 1):
+        line = problem.linearise(state, parameter)
+        # Plain block elimination: half the solves of the mixed one, and what it loses where J is
+        # nearly singular is a part of a correction, which the next iteration makes good.
+        both = line.solve(np.column_stack((line.residual, line.slope)))
+        newton, column = both[:, 0], both[:, 1]
+        change = float(row @ newton) / (corner - float(row @ column))
+        increment = -newton - change * column
+        size = norm(problem, increment, change)
+        # a correction that is large against the step may land on a curve that passes nearby
+        if not size <= steps.correction * max(step, 1e-3):
+            raise Failed
+        parameter += change
+        state = problem.advance(state, increment, parameter)
+        if size < steps.tolerance:
+            if fresh:
+                line = problem.linearise(state, parameter)
+                direction, rate = tangent(problem, line, base.direction, base.rate)
+            else:
+                length = norm(problem, column, 1.0) * np.sign(corner - float(row @ column))
+                direction, rate = -column / length, float(1.0 / length)
+            end = Point(state, parameter, direction, rate, line.index, line, step, iteration)
+            return replace(end, bend=bend(problem, base, end, end)) if step else end
+    raise Failed
+
+
+def bend(
+    problem: Problem[State], base: Point[State], end: Point[State], at: Point[State]
+) -> tuple[Array, float]:
+    """Rate of change of the tangent from `base` to `end`, across the tangent `at` one of them."""
+    u, p = (end.direction - base.direction) / end.step, (end.rate - base.rate) / end.step
+    along = float(problem.weight @ (at.direction * u)) + problem.parameter_weight * at.rate * p
+    return u - along * at.direction, p - along * at.rate
+
+
+def inside(problem: Problem[State], base: Point[State], end: Point[State]) -> Point[State]:
+    """The point `base` with the bend of the step to `end`: the best predictor between the two."""
+    return replace(base, bend=bend(problem, base, end, base))

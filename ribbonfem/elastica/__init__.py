@@ -1,0 +1,15 @@
+"""The planar elastica: a geometrically exact beam, with or without stretch."""
+
+from .verbs import (
+    equilibria,
+    folds,
+    normal_forms,
+    simulate,
+)
+
+__all__ = [
+    "equilibria",
+    "folds",
+    "normal_forms",
+    "simulate",
+]

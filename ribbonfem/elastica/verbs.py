@@ -1,0 +1,134 @@
+"""The verbs of the planar elastica."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ribbonfem.continuation import Steps, equilibrium
+from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.policy import interval
+from ribbonfem.results import Branch, Fold, History
+from ribbonfem.scene import Scene
+from ribbonfem.stepping.newmark import Control, integrate
+
+from .motion import at_rest, tables
+from .problem import Statics
+
+__all__ = ["equilibria", "folds", "normal_forms", "simulate"]
+
+TOLERANCE = 3e-6
+
+
+def folds(
+    scene: Scene, *, elements: int = 48, extensible: bool = False, steps: Steps | None = None
+) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets (one, on the side of the start state).
+
+    Parameters
+    ----------
+    scene: a planar scene.
+    elements: cubic elements, at least 4; errors fall as elements^-6.
+    extensible: whether the beam stretches, with EA of the rectangular section.
+    steps: continuation step control.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        For a sheared scene, a mesh that cannot be, a continuation that fails.
+    """
+    problem = Statics(scene, elements, extensible)
+    found = ramp_folds(problem, problem.start(), scene, steps)
+    return tuple(as_fold(problem, event.point) for event in found)
+
+
+def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements, extensible)
+    return ramp_normal_forms(problem, problem.start(), scene)
+
+
+def equilibria(
+    scene: Scene,
+    *,
+    elements: int = 48,
+    extensible: bool = False,
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span`.
+
+    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
+    ever higher modes: it ends with the first state of more than `unstable` unstable directions.
+    """
+    problem = Statics(scene, elements, extensible)
+    curve = whole_curve(problem, problem.start(), interval("span", span), steps, unstable)
+    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
+    return curve.as_branch(scene, policy)
+
+
+def simulate(
+    scene: Scene,
+    *,
+    elements: int = 10,
+    extensible: bool = False,
+    method: str = "tr-bdf2",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    until: str = "end",
+) -> History:
+    """The motion from rest in the start state, through the ramp and the hold.
+
+    Parameters
+    ----------
+    scene: a planar scene with a `stop`.
+    elements: cubic elements, at least 4; errors fall as elements^-6.
+    extensible: whether the beam stretches, with EA of the rectangular section.
+    method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    tolerance: of the adaptive step, the local error of positions in L; 3e-6 if neither is given,
+        which keeps the angle of a snap to some 5e-5 (`ribbonfem accuracy`).
+    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    until: "end", or "snap", soon after the height first changes sign.
+
+    Returns
+    -------
+    `History`, with the nodes' "positions" and the "load", the compressive force averaged along
+    the beam (EI2/L^2), as configurations.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a sheared scene, one without `stop`, a policy that cannot be.
+    SolverError
+        If no step converges; what was reached is its `history`.
+    """
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
+    problem = Statics(scene, elements, extensible)
+    scene.require_stop()
+    state, _ = equilibrium(problem, problem.start(), 0.0)
+    motion = integrate(tables(problem), scene, control, *at_rest(problem, state))
+    mesh = problem.mesh
+    nodes = mesh.degree * np.arange(mesh.elements + 1)
+    x, z = motion.q[:, nodes], motion.q[:, mesh.count + nodes]
+    index, weights = mesh.middle_weights()
+    policy = {
+        "elements": elements,
+        "extensible": extensible,
+        "method": method,
+        "step": step,
+        "tolerance": control.tolerance,
+        "spectral_radius": spectral_radius,
+        "until": until,
+    }
+    return motion.as_history(
+        scene,
+        policy,
+        slope=np.sin(motion.w[:, index] @ weights),
+        positions=np.stack((x, np.zeros_like(x), z), axis=2),
+    )

@@ -1,0 +1,1 @@
+"""Line elements on scikit-fem."""

@@ -1,0 +1,29 @@
+"""The ribbon as a geometrically exact Kirchhoff rod in three dimensions, by finite elements."""
+
+from .verbs import (
+    Pitchforks,
+    RestState,
+    ShearCurve,
+    equilibria,
+    folds,
+    pitchforks,
+    saddle,
+    shear_curves,
+    skipping_bound,
+    stable_states,
+    state,
+)
+
+__all__ = [
+    "Pitchforks",
+    "RestState",
+    "ShearCurve",
+    "equilibria",
+    "folds",
+    "pitchforks",
+    "saddle",
+    "shear_curves",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]

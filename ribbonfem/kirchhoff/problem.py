@@ -1,0 +1,224 @@
+"""The Kirchhoff rod on a mesh: frames at the nodes, equilibrium equations in one parameter.
+
+Among rods with given end frames and a given chord R, an equilibrium is a stationary point of
+
+    L(g, n) = int [ 1/2 (EI1 kappa1^2 + EI2 kappa2^2 + GJ tau^2) - n.t - (n.t)^2 / (2 EA) ] ds + n.R
+
+(paper, section 3.1; J. H. Maddocks, "Stability of nonlinearly elastic rods", Arch. Rational
+Mech. Anal. 85 (1984), for the index of such constrained problems).  n is the force in the rod,
+constant along it, and the multiplier of the chord; 1/EA is 0 for an inextensible rod.  Lengths
+in L, forces in EI2/L^2, energies in EI2/L.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.closed_form import euler
+from ribbonfem.compiled.banded import Arrow
+from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
+from ribbonfem.elements.lobatto import LineTables, line_tables
+from ribbonfem.results import Array
+from ribbonfem.scene import Ribbon
+
+from . import kernels
+
+# Fold angles converge with the tenth power of the mesh; lower degrees are slower at equal error.
+DEGREE = 5
+
+# Mean square rotation (rad^2) against lengths (L^2) in the arclength.
+ROTATION_WEIGHT = 0.09
+# A shift of the right clamp counts as it is, a length.
+SHIFT_WEIGHT = 1.0
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The unknowns: unit quaternions (nodes, 4) of the rotation from the right clamp's frame, and n (3,)."""
+
+    g: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class Clamps:
+    """Where the ends are held: alpha in rad, dL/L and dW/L."""
+
+    angle: float
+    compression: float
+    shear: float
+
+    def chord(self) -> Array:
+        """r(1) - r(0), (3,) in L."""
+        return np.array([1.0 - self.compression, -self.shear, 0.0])
+
+    def first(self) -> Array:
+        """Quaternion (4,) of the left clamp's rotation by alpha about y."""
+        return np.array([np.cos(0.5 * self.angle), 0.0, np.sin(0.5 * self.angle), 0.0])
+
+
+class Statics:
+    """Equilibrium equations of a clamped Kirchhoff rod in one of alpha, dL/L, dW/L.
+
+    A `continuation.Problem`.  Vectors hold the quaternion increments of the inner nodes, node
+    by node, then n: (4 m + 3,).  The increments count along the unit spheres only: the tangent
+    works, and is factorised, on three per node.
+
+    Parameters
+    ----------
+    ribbon: stiffness ratios.
+    clamps: the values of the two parameters that stay (the third is not used).
+    vary: "angle", "compression" or "shear".
+    elements: even; midspan is a node.
+    extensible: whether the rod stretches with EA.
+    """
+
+    def __init__(
+        self,
+        ribbon: Ribbon,
+        clamps: Clamps,
+        vary: str = "angle",
+        *,
+        elements: int,
+        extensible: bool = False,
+        degree: int = DEGREE,
+    ) -> None:
+        self.clamps = clamps
+        self.vary = vary
+        self.tables: LineTables = line_tables(elements, degree)
+        self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
+        self.soft = 1.0 / ribbon.stretch_ratio if extensible else 0.0
+        self.extensible = extensible
+        inner = len(self.tables.nodes) - 2
+        self.weight = np.zeros(4 * inner + 3)
+        # |dg| is half the angle
+        self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
+        self.parameter_weight = PARAMETER_WEIGHT if vary == "angle" else SHIFT_WEIGHT
+
+    def at(self, parameter: float) -> Clamps:
+        """The clamps at a value of the parameter."""
+        return replace(self.clamps, **{self.vary: parameter})
+
+    def buckled(self, compression: float) -> Frames:
+        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form."""
+        period = 4.0 * euler.pendulum(compression)[1]
+        sine = np.sin(0.5 * euler.tangent_angle(compression, self.tables.nodes))
+        g = np.zeros((len(sine), 4))
+        g[:, 0], g[:, 2] = np.sqrt(1.0 - sine**2), -sine
+        g[0] = g[-1] = 1.0, 0.0, 0.0, 0.0
+        return Frames(g, np.array([-(period**2), 0.0, 0.0]))
+
+    def advance(self, state: Frames, increment: Array, parameter: float) -> Frames:
+        """Move the inner frames and the force, and the clamp to `parameter`."""
+        g = kernels.move(state.g, np.ascontiguousarray(increment))
+        if self.vary == "angle":
+            g[0] = self.at(parameter).first()
+        return Frames(g, state.force + increment[-3:])
+
+    def assembled(self, state: Frames, parameter: float) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Residual, its derivative in the parameter, tangent-space basis, band, border and corner."""
+        tables, clamps = self.tables, self.at(parameter)
+        nodes = len(state.g)
+        inner = nodes - 2
+        basis = np.empty((nodes, 4, 3))
+        kernels.frame_basis(state.g, basis)
+        band = np.empty((3 * inner, 3 * (tables.degree + 1)))
+        border, corner = np.empty((3, 3 * inner)), np.empty((3, 3))
+        residual, column = np.empty(4 * inner + 3), np.empty(4 * inner + 3)
+        turning = np.zeros(4)
+        if self.vary == "angle":
+            turning[0], turning[2] = -0.5 * np.sin(0.5 * parameter), 0.5 * np.cos(0.5 * parameter)
+        kernels.assemble(
+            state.g,
+            state.force,
+            tables.value,
+            tables.slope,
+            tables.weights,
+            self.stiff,
+            self.soft,
+            turning,
+            basis,
+            band,
+            border,
+            corner,
+            residual,
+            column,
+        )
+        residual[-3:] += clamps.chord()
+        if self.vary == "compression":
+            column[-3] = -1.0
+        elif self.vary == "shear":
+            column[-2] = -1.0
+        return residual, column, basis, band, border, corner
+
+    def linearise(self, state: Frames, parameter: float) -> Linearisation:
+        """Residual, its derivative in the parameter, and the factorised tangent."""
+        residual, column, basis, band, border, corner = self.assembled(state, parameter)
+        arrow = Arrow(band, border, corner)
+
+        def solve(right: Array) -> Array:
+            x = np.ascontiguousarray(right.reshape(len(right), -1))
+            y = np.empty((len(band) + 3, x.shape[1]))
+            kernels.to_increments(basis, x, y)
+            out = np.empty_like(x)
+            kernels.to_quaternions(basis, arrow.solve(y), out)
+            return out.reshape(right.shape)
+
+        # three negative eigenvalues belong to the multipliers
+        return Linearisation(residual, column, solve, arrow.negative - 3)
+
+    def strains(self, state: Frames) -> tuple[Array, Array]:
+        """Body strains (tau, -kappa2, kappa1) and r' at the Gauss points, (elements, p, 3) each."""
+        tables = self.tables
+        curvature = np.empty((tables.elements, tables.degree, 3))
+        stretched = np.empty_like(curvature)
+        kernels.strains(state.g, state.force, tables.value, tables.slope, self.soft, curvature, stretched)
+        return curvature, stretched
+
+    def energy(self, state: Frames) -> float:
+        """Elastic energy in EI2/L."""
+        curvature, stretched = self.strains(state)
+        density = curvature**2 @ self.stiff
+        if self.extensible:
+            stretch = np.linalg.norm(stretched, axis=2) - 1.0
+            density += stretch**2 / self.soft
+        return 0.5 * float(np.sum(self.tables.weights * density))
+
+    def positions(self, state: Frames, parameter: float) -> Array:
+        """Node positions (nodes, 3) in L."""
+        tables = self.tables
+        _, stretched = self.strains(state)
+        size = 1.0 / tables.elements
+        result = np.zeros((len(tables.nodes), 3))
+        ends = np.cumsum(np.einsum("ek,ekb->eb", tables.weights, stretched), axis=0)
+        inside = size * np.einsum("ik,ekb->eib", tables.partial[:-1], stretched)
+        inside[1:] += ends[:-1, None]
+        result[:-1] = inside.reshape(-1, 3)
+        result[-1] = ends[-1]
+        return result
+
+    def middle(self, state: Frames) -> tuple[Array, Array]:
+        """Position and unit tangent at midspan, (3,) each."""
+        half = self.tables.elements // 2
+        _, stretched = self.strains(state)
+        position = np.einsum("ek,ekb->b", self.tables.weights[:half], stretched[:half])
+        w, x, y, z = state.g[half * self.tables.degree]
+        return position, np.array([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)])
+
+    def observe(self, state: Frames, parameter: float) -> tuple[float, float, float]:
+        """z(1/2)/L, the z-component of the tangent there, and -n_x, the compressive end force."""
+        position, tangent = self.middle(state)
+        return float(position[2]), float(tangent[2]), -float(state.force[0])
+
+    def profiles(self, state: Frames) -> dict[str, Any]:
+        """Arclength, kappa1, kappa2 and tau (1/L) at the Gauss points, where they are most accurate."""
+        curvature, _ = self.strains(state)
+        return {
+            "points": self.tables.points.ravel(),
+            "kappa1": curvature[:, :, 2].ravel(),
+            "kappa2": -curvature[:, :, 1].ravel(),
+            "tau": curvature[:, :, 0].ravel(),
+        }

@@ -1,0 +1,364 @@
+"""The ribbon's states by name, at alpha = 0: where they are, what they are, where they fork.
+
+A ribbon sheared from the planar buckled state U keeps z(s) = z(1 - s) until a pitchfork, at which
+that symmetry breaks (US); at a second one, z(1/2) reaches 0 (S); past a third the unbroken U is
+stable again, beside S (paper, appendices A and B; T. Yu and J. Hanna, J. Mech. Phys. Solids 122
+(2019) 657).  At alpha = 0 two symmetries carry every state into its kin (paper, appendix A):
+
+    mirror    z -> -z                    U changes its sign, S keeps it
+    reversal  r(s) -> R - r(1 - s)       U and S change their signs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbonfem.continuation import (
+    Event,
+    Point,
+    Segment,
+    Steps,
+    at_parameter,
+    equilibrium,
+    first_point,
+    switch,
+    trace,
+)
+from ribbonfem.results import Array
+from ribbonfem.scene import Scene, SceneError
+
+from .problem import Clamps, Frames, Statics
+
+_FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
+
+
+@dataclass(frozen=True)
+class Pitchforks:
+    """Shears dW/L at which states of a ribbon fork at alpha = 0; None where there is no such point.
+
+    Attributes
+    ----------
+    broken: the unbroken U loses its stability to the four US.
+    merged: U+S+ and U-S- merge into S+, U+S- and U-S+ into S-: z(1/2) = 0 from there on.
+    restored: the unbroken U is stable again, beside S.
+    """
+
+    broken: float | None
+    merged: float | None
+    restored: float | None
+
+
+@dataclass(frozen=True)
+class ShearCurve:
+    """One family of states at alpha = 0 against the shear, one row a point, in the order of the curve.
+
+    Attributes
+    ----------
+    family: "U" (U+), "US" (one of U+S+, U+S-) or "S" (one of S+, S-); the others are mirror images.
+    shear: (rows,) dW/L.
+    height, slope: (rows,) z(1/2)/L and the z-component of the tangent there.
+    energy: (rows,) elastic, in EI2/L.
+    stable: (rows,) bool.
+    """
+
+    family: str
+    shear: Array
+    height: Array
+    slope: Array
+    energy: Array
+    stable: NDArray[np.bool_]
+
+
+def mirrored(state: Frames) -> Frames:
+    """The mirror image z -> -z; alpha changes its sign."""
+    return Frames(state.g * [1.0, -1.0, -1.0, 1.0], state.force * [1.0, 1.0, -1.0])
+
+
+def reversed_(state: Frames) -> Frames:
+    """The image r(s) -> R - r(1 - s), an equilibrium where alpha = 0."""
+    return Frames(state.g[::-1].copy(), state.force)
+
+
+def sheared_back(state: Frames) -> Frames:
+    """The mirror image y -> -y; the shear changes its sign."""
+    return Frames(state.g * [1.0, -1.0, 1.0, -1.0], state.force * [1.0, -1.0, 1.0])
+
+
+def name_of(problem: Statics, state: Frames, parameter: float) -> str:
+    """U and S signs of a state: of z(1/2), and of x(1/2) against half the chord.
+
+    S alone (z(1/2) = 0) has x(1/2) in the middle; its sign is that of the U+S states which merge
+    into it: S+ has t_z(1/2) < 0.
+    """
+    position, tangent = problem.middle(state)
+    half = 0.5 * problem.at(parameter).chord()[0]
+    u = "" if abs(position[2]) < 1e-7 else "U+" if position[2] > 0.0 else "U-"
+    if abs(tangent[2]) < 1e-7:
+        return u
+    if not u:
+        return "S+" if tangent[2] < 0.0 else "S-"
+    return u + ("S+" if position[0] > half else "S-")
+
+
+def _limit(compression: float) -> float:
+    """A shear short of the one at which the chord is as long as the ribbon and the force infinite."""
+    return 0.98 * float(np.sqrt(compression * (2.0 - compression)))
+
+
+def _steps(compression: float) -> Steps:
+    """Steps that are short against the range of feasible shears."""
+    limit = np.sqrt(compression * (2.0 - compression))
+    return Steps(first=0.02 * limit, largest=0.1 * limit)
+
+
+def _unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
+    """The curve of U+ in the shear, from 0 to `limit`."""
+    compression = problem.clamps.compression
+    first = first_point(problem, problem.buckled(compression), 0.0, 1.0)
+    for segment in trace(problem, first, (-limit, limit), _steps(compression), unstable=8):
+        yield segment
+        if segment.end.parameter < 0.0:
+            break
+    else:
+        return
+    # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to negative shears;
+    # its mirror image goes on where US is looked for
+    back = first_point(problem, sheared_back(segment.end.state), -segment.end.parameter, 1.0)
+    yield from trace(problem, back, (-limit, limit), _steps(compression), unstable=8)
+
+
+def _forked(problem: Statics, event: Event[Frames], limit: float) -> Iterator[Segment[Frames]]:
+    """The curve that forks from U at `event`, to the shear `limit` or past its tip, where z(1/2) = 0."""
+    if event.point.parameter < 1e-6:
+        # a fork at no shear is the free turning of a rod of one stiffness
+        return
+    steps = _steps(problem.clamps.compression)
+    amplitude = steps.first
+    point = switch(problem, event, amplitude, steps)
+    while point.parameter >= limit:
+        # the fork is steep in the shear at first, so that little amplitude needs little shear
+        amplitude *= 0.5
+        if amplitude < 1e-6:
+            return
+        point = switch(problem, event, amplitude, steps)
+    for segment in trace(problem, point, (event.point.parameter - 0.1, limit), steps, unstable=8):
+        yield segment
+        if _tip(problem, segment) is not None:
+            return
+
+
+def _tip(problem: Statics, segment: Segment[Frames]) -> Point[Frames] | None:
+    """The point of a segment at which z(1/2) changes its sign, which is where the fork turns back."""
+    heights = [problem.observe(point.state, point.parameter)[0] for point in (segment.start, segment.end)]
+    return segment.events[-1].point if segment.events and heights[0] * heights[1] <= 0.0 else None
+
+
+def _fork(
+    problem: Statics, event: Event[Frames], limit: float
+) -> tuple[Point[Frames], Point[Frames] | None] | None:
+    """Follow the states that fork from U at `event` towards the shear `limit`.
+
+    Returns
+    -------
+    The state at `limit` and None, or the last one before the tip of the fork and the tip; None
+    if the curve comes to neither.
+    """
+    for segment in _forked(problem, event, limit):
+        tip = _tip(problem, segment)
+        if tip is not None:
+            return segment.start, tip
+        if segment.last and segment.end.parameter == limit:
+            return segment.end, None
+    return None
+
+
+def _merged(problem: Statics, near: Point[Frames], tip: Point[Frames], limit: float) -> Point[Frames]:
+    """The state S at a shear a little past the tip of US, or at `limit`, from a US state near it."""
+    g = near.state.g + near.state.g[::-1]
+    guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], near.state.force)
+    # the symmetric guess stays symmetric, and in that space nothing is singular at the tip
+    shear = min(limit, tip.parameter + 0.02 * np.sqrt(problem.clamps.compression))
+    state, _ = equilibrium(problem, guess, shear)
+    return first_point(problem, state, shear, 1.0)
+
+
+def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
+    """The states U, US and S (one of each kind) at alpha = 0 and a shear >= 0, with their indices.
+
+    US and S are looked for on the curves that fork from U at smaller shears.
+    """
+    if shear == 0.0:
+        state, line = equilibrium(problem, problem.buckled(problem.clamps.compression), 0.0)
+        return {"U": (state, line.index)}
+    found: dict[str, tuple[Frames, int]] = {}
+    events: list[Event[Frames]] = []
+    for segment in _unbroken(problem, shear):
+        events.extend(segment.events)
+        if segment.last == "span":
+            found["U"] = segment.end.state, segment.end.index
+    for event in events:
+        if event.kind != "branch point" or "US" in found or "S" in found:
+            continue
+        fork = _fork(problem, event, shear)
+        if fork is None:
+            continue
+        point, tip = fork
+        if tip is None:
+            found["US"] = point.state, point.index
+            continue
+        point = _merged(problem, point, tip, shear)
+        if point.parameter < shear:
+            for segment in trace(problem, point, (-shear, shear), _steps(problem.clamps.compression), 8):
+                point = segment.end
+        if point.parameter == shear:
+            found["S"] = point.state, point.index
+    return found
+
+
+def _stable(found: dict[str, tuple[Frames, int]]) -> list[str]:
+    return [
+        name for family, names in _FAMILIES.items() if found.get(family, (None, 1))[1] == 0 for name in names
+    ]
+
+
+def _in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
+    clamps = Clamps(0.0, scene.compression, 0.0)
+    return Statics(scene.ribbon, clamps, "shear", elements=elements, extensible=extensible)
+
+
+def stable(scene: Scene, *, elements: int, extensible: bool) -> tuple[str, ...]:
+    """Names of the states that are stable at alpha = 0."""
+    return tuple(_stable(families(_in_shear(scene, elements, extensible), abs(scene.shear))))
+
+
+def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Frames]:
+    """The equations in alpha of a scene, and its start state, stable at alpha = 0.
+
+    Raises
+    ------
+    SceneError
+        If it is not a stable equilibrium there; the message names those that are.
+    """
+    scene.require_isolated()
+    sheared = _in_shear(scene, elements, extensible)
+    shear = abs(scene.shear)
+    found = families(sheared, shear)
+    allowed = _stable(found)
+    if scene.start not in allowed:
+        raise SceneError(
+            f"Scene.start = {scene.start!r}: not a stable equilibrium at compression = "
+            f"{scene.compression!r}, shear = {scene.shear!r}; the states that are: "
+            f"{', '.join(allowed) or 'none'}"
+        )
+    state = found[next(family for family, names in _FAMILIES.items() if scene.start in names)][0]
+    # two symmetries reach every sign
+    images = [state, mirrored(state), reversed_(state), mirrored(reversed_(state))]
+    state = next(image for image in images if name_of(sheared, image, shear) == scene.start)
+    if scene.shear < 0.0:
+        state = sheared_back(state)
+    clamps = Clamps(0.0, scene.compression, scene.shear)
+    problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
+    return problem, equilibrium(problem, state, 0.0)[0]
+
+
+def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
+    """The shears at which states of the scene's ribbon and compression fork at alpha = 0."""
+    problem = _in_shear(scene, elements, extensible)
+    limit = _limit(scene.compression)
+    broken = merged = restored = None
+    for segment in _unbroken(problem, limit):
+        for event in segment.events:
+            if segment.end.index > segment.start.index and broken is None:
+                broken = event
+            elif broken is not None and segment.end.index == 0 and segment.start.index == 1:
+                restored = event.point
+        if restored is not None:
+            break
+    fork = None if broken is None else _fork(problem, broken, limit)
+    if fork is not None and fork[1] is not None:
+        lower = _unmerging(problem, _merged(problem, fork[0], fork[1], limit))
+        merged = lower[-1] if lower else None
+    points = (None if broken is None else broken.point, merged, restored)
+    return Pitchforks(*(None if point is None else abs(float(point.parameter)) for point in points))
+
+
+def _unmerging(problem: Statics, start: Point[Frames]) -> list[Point[Frames]]:
+    """The states S from `start` to where they lose their stability as the shear falls; or none.
+
+    On the side of S the eigenvalue passes through 0 with a slope, on that of US it does not.
+    """
+    points: list[Point[Frames]] = []
+    first = first_point(problem, start.state, start.parameter, -1.0)
+    compression = problem.clamps.compression
+    for segment in trace(problem, first, (0.0, _limit(compression)), _steps(compression), 8):
+        if segment.events:
+            return [*points, segment.events[0].point]
+        points.append(segment.end)
+    return []
+
+
+def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[ShearCurve, ...]:
+    """U+, U+S and S of the scene's ribbon and compression against the shear, from 0 to its limit."""
+    problem = _in_shear(scene, elements, extensible)
+    limit = _limit(scene.compression)
+    u: list[Point[Frames]] = []
+    event: Event[Frames] | None = None
+    for segment in _unbroken(problem, limit):
+        u += [segment.end] if u else [segment.start, segment.end]
+        if event is None and segment.events and segment.end.index > segment.start.index:
+            event = segment.events[0]
+    curves = [_curve("U", problem, u)]
+    if event is None:
+        return tuple(curves)
+    us = [event.point]
+    near, tip = event.point, None
+    for segment in _forked(problem, event, limit):
+        near, tip = segment.start, _tip(problem, segment)
+        us.append(segment.end if tip is None else tip)
+    # at its two ends, the tips, a US state is neutral; it is stable up to them
+    curves.append(_curve("US", problem, us))
+    if tip is not None:
+        first = _merged(problem, near, tip, limit)
+        up = first_point(problem, first.state, first.parameter, 1.0)
+        above = [s.end for s in trace(problem, up, (0.0, limit), _steps(scene.compression), 8)]
+        curves.append(_curve("S", problem, [*_unmerging(problem, first)[::-1], first, *above]))
+    return tuple(curves)
+
+
+def _curve(family: str, problem: Statics, points: list[Point[Frames]]) -> ShearCurve:
+    rows = np.array([problem.observe(point.state, point.parameter) for point in points])
+    return ShearCurve(
+        family=family,
+        shear=np.array([point.parameter for point in points]),
+        height=rows[:, 0],
+        slope=rows[:, 1],
+        energy=np.array([problem.energy(point.state) for point in points]),
+        stable=np.array([point.index == 0 for point in points]),
+    )
+
+
+def landing(
+    problem: Statics, state: Frames, angle: float, folds: int, steps: Steps | None
+) -> tuple[list[Event[Frames]], Point[Frames] | None]:
+    """Follow the curve through a state, as alpha grows, past `folds` folds to the next point at `angle`.
+
+    Returns
+    -------
+    The folds passed, and the point; None if the curve ends before.
+    """
+    first = first_point(problem, state, 0.0, 1.0)
+    passed: list[Event[Frames]] = []
+    for segment in trace(problem, first, (-2.0 * np.pi, 2.0 * np.pi), steps):
+        turned = [event for event in segment.events if event.kind == "fold"]
+        passed += turned
+        if len(passed) < folds:
+            continue
+        # where the fold lies inside this segment, `angle` may also be met before it
+        near = turned[-1].point if turned else segment.start
+        if (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
+            return passed, at_parameter(problem, segment, angle, steps, near.step if turned else 0.0)
+    return passed, None

@@ -1,0 +1,282 @@
+"""The ribbon at rest: an inextensible, unshearable Kirchhoff rod in three dimensions (paper, section 3.1).
+
+Frames are unit quaternions in continuous fifth-degree elements, interpolated and normalised; the
+force in the rod, constant along it, is the multiplier of the position of its right end.  With p
+Gauss points an element the fold angles converge with the power 2 p = 10 of the mesh, and lie
+within 1e-9 rad at the default one.  `extensible=True` adds the stretching stiffness EA; the
+curvatures are then per unit of undeformed length.
+
+Static: there is no `simulate`.  Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.continuation import Steps
+from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
+from ribbonfem.policy import PolicyError, flag, interval, whole_number
+from ribbonfem.results import Array, Branch, Fold, SolverError
+from ribbonfem.scene import Ribbon, Scene, SceneError
+
+from . import states
+from .problem import Frames, Statics
+from .states import Pitchforks, ShearCurve
+
+__all__ = [
+    "Pitchforks",
+    "RestState",
+    "ShearCurve",
+    "equilibria",
+    "folds",
+    "pitchforks",
+    "saddle",
+    "shear_curves",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]
+
+ELEMENTS = 32
+
+
+@dataclass(frozen=True, repr=False)
+class RestState:
+    """One equilibrium of the ribbon.
+
+    Attributes
+    ----------
+    name: of the state as its signs say, "U+S+" and so on.
+    angle: alpha, rad.
+    height, slope: z(1/2)/L and the z-component of the tangent there.
+    force: (3,) n, the force in the rod in the fixed frame, EI2/L^2; the right clamp pulls with n.
+    energy: elastic, in EI2/L.
+    index: number of unstable directions; 0 is stable.
+    s: (nodes,) arclength of the nodes, in L.
+    positions: (nodes, 3) in L.
+    directors: (nodes, 3, 3), rows m1 (normal), m2 (width), m3 (tangent).
+    points: (points,) arclength of the rows of kappa1, kappa2 and tau.
+    kappa1, kappa2, tau: (points,) curvatures about m1 and m2, and twist, in 1/L.
+    scene: what it is a state of.
+    """
+
+    name: str
+    angle: float
+    height: float
+    slope: float
+    force: Array
+    energy: float
+    index: int
+    s: Array
+    positions: Array
+    directors: Array
+    points: Array
+    kappa1: Array
+    kappa2: Array
+    tau: Array
+    scene: Scene
+
+    def __repr__(self) -> str:
+        return (
+            f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
+            f"energy {self.energy:.6g} EI2/L, index {self.index})"
+        )
+
+
+def _directors(g: Array) -> Array:
+    """Rows m1, m2, m3 (nodes, 3, 3) of the frames G e_z, -G e_y, G e_x."""
+    w, x, y, z = g.T
+    normal = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
+    width = -np.stack((2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)), axis=1)
+    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
+    return np.stack((normal, width, tangent), axis=1)
+
+
+def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Scene) -> RestState:
+    height, slope, _ = problem.observe(frames, angle)
+    return RestState(
+        name=states.name_of(problem, frames, angle),
+        angle=float(angle),
+        height=height,
+        slope=slope,
+        force=frames.force,
+        energy=problem.energy(frames),
+        index=index,
+        s=problem.tables.nodes,
+        positions=problem.positions(frames, angle),
+        directors=_directors(frames.g),
+        scene=scene,
+        **problem.profiles(frames),
+    )
+
+
+def _mesh(elements: object, extensible: object) -> dict[str, Any]:
+    """The keywords of `Statics`, checked."""
+    count = whole_number("elements", elements, 4)
+    if count % 2:
+        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+    return {"elements": count, "extensible": flag("extensible", extensible)}
+
+
+def folds(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
+) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets: two from U+S+, one from U+S- and from the planar U+.
+
+    From U+S+ it is one where the ribbon cannot stop in U+S- on its way, alpha_c1 > alpha_c2 (near
+    the end of US), and where the curve of U+S+ is not that of U+S- (at (0.50, 0.45), say).
+
+    Parameters
+    ----------
+    scene: of any shear.
+    elements: an even number of at least 4; errors fall as elements^-10.
+    extensible: whether the ribbon stretches, with EA of the scene's ribbon.
+    steps: continuation step control.
+
+    Raises
+    ------
+    SceneError
+        If the start state is not a stable equilibrium; the message names those that are.
+    PolicyError, SolverError
+        For a mesh that cannot be, a continuation that fails.
+    """
+    problem, start = states.named(scene, **_mesh(elements, extensible))
+    return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start, scene, steps))
+
+
+def equilibria(
+    scene: Scene,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span`.
+
+    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
+    first state of more than `unstable` unstable directions.
+    """
+    span = interval("span", span)
+    limit = whole_number("unstable", unstable, 0)
+    problem, start = states.named(scene, **_mesh(elements, extensible))
+    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
+    return whole_curve(problem, start, span, steps or steps_for(scene), limit).as_branch(scene, policy)
+
+
+def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
+    """The scene's start state at alpha = 0: stable, whatever the compression and shear.
+
+    Found from the planar elastica, in closed form, by shearing it and by changing over at its
+    pitchforks (paper, appendices A and B).  Parameters and errors as in `folds`.
+    """
+    problem, frames = states.named(scene, **_mesh(elements, extensible))
+    return _rest(problem, frames, 0.0, 0, scene)
+
+
+def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> tuple[str, ...]:
+    """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
+
+    Of those that U is connected to: a ribbon has other states, wound by whole turns.
+    Parameters and errors as in `folds`.
+    """
+    return states.stable(scene, **_mesh(elements, extensible))
+
+
+def pitchforks(
+    compression: float,
+    *,
+    ribbon: Ribbon | None = None,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+) -> Pitchforks:
+    """The shears at which the states of a ribbon fork at alpha = 0 (paper, appendix B).
+
+    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways; these are then on the mirror
+    image of its curve, which turns back to the other side.
+
+    Parameters
+    ----------
+    compression: dL/L, in (0, 1).
+    ribbon: stiffness ratios; the default `Ribbon` if None.
+    elements, extensible: as in `folds`.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        As in `folds`.
+    """
+    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    return states.pitchforks(scene, **_mesh(elements, extensible))
+
+
+def shear_curves(
+    compression: float,
+    *,
+    ribbon: Ribbon | None = None,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+) -> tuple[ShearCurve, ...]:
+    """The states U, US and S at alpha = 0 against the shear, as far as 0.98 of the feasible one.
+
+    z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
+    """
+    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    return states.shear_curves(scene, **_mesh(elements, extensible))
+
+
+def saddle(
+    scene: Scene,
+    angle: float,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    steps: Steps | None = None,
+) -> RestState:
+    """The saddle between U+S- and U- at an angle: the lowest pass from the one to the other.
+
+    It lies on the sheet that U+S- meets at its fold, and has one unstable direction.
+
+    Parameters
+    ----------
+    scene: a sheared one; its `start` does not count.
+    angle: alpha in rad, below that of the fold.
+    elements, extensible, steps: as in `folds`.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        As in `folds`.
+    SolverError
+        If there is no such saddle at the angle.
+    """
+    if scene.planar:
+        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
+    scene = replace(scene, start="U+S-")
+    problem, start = states.named(scene, **_mesh(elements, extensible))
+    passed, point = states.landing(problem, start, angle, 1, steps)
+    if point is None or point.index != 1 or angle > passed[0].point.parameter:
+        fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
+        raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+    return _rest(problem, point.state, angle, 1, scene)
+
+
+def skipping_bound(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
+) -> float:
+    """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
+
+    Where it is negative a ribbon that leaves the fold at rest cannot pass the saddle, so that
+    U+S- is not skipped for its energy alone ("type 1" in the paper's section 7).
+
+    Parameters and errors as in `saddle`.
+    """
+    mesh = _mesh(elements, extensible)
+    problem, start = states.named(replace(scene, start="U+S+", rate=1.0, stop=None), **mesh)
+    first = ramp_folds(problem, start, scene, steps)[0].point
+    pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
+    return problem.energy(first.state) - pass_.energy

@@ -1,0 +1,139 @@
+"""The verbs of the quasi-linear beam."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ribbonfem.closed_form import (
+    ClosedFormBranch,
+    ClosedFormFold,
+    closed_form_branch,
+    closed_form_fold,
+)
+from ribbonfem.continuation import Steps, equilibrium
+from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.policy import interval
+from ribbonfem.results import Branch, Fold, History
+from ribbonfem.scene import Scene
+from ribbonfem.stepping.newmark import Control, integrate
+
+from .motion import tables
+from .problem import Statics
+
+__all__ = [
+    "ClosedFormBranch",
+    "ClosedFormFold",
+    "closed_form_branch",
+    "closed_form_fold",
+    "equilibria",
+    "folds",
+    "normal_forms",
+    "simulate",
+]
+
+TOLERANCE = 1e-5
+
+
+def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets (one, at mu = 1.7818 from U+ as alpha grows).
+
+    Parameters
+    ----------
+    scene: a planar scene.
+    elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
+    steps: continuation step control.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        For a sheared scene, a mesh that cannot be, a continuation that fails.
+    """
+    problem = Statics(scene, elements)
+    found = ramp_folds(problem, problem.start(), scene, steps)
+    return tuple(as_fold(problem, event.point) for event in found)
+
+
+def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements)
+    return ramp_normal_forms(problem, problem.start(), scene)
+
+
+def equilibria(
+    scene: Scene,
+    *,
+    elements: int = 64,
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span`.
+
+    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
+    ever higher modes: it ends with the first state of more than `unstable` unstable directions.
+    """
+    problem = Statics(scene, elements)
+    curve = whole_curve(problem, problem.start(), interval("span", span), steps, unstable)
+    return curve.as_branch(scene, {"elements": elements, "span": span, "unstable": unstable})
+
+
+def simulate(
+    scene: Scene,
+    *,
+    elements: int = 32,
+    method: str = "tr-bdf2",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    until: str = "end",
+) -> History:
+    """The motion from rest in the start state, through the ramp and the hold.
+
+    Parameters
+    ----------
+    scene: a planar scene with a `stop`.
+    elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
+    method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    tolerance: of the adaptive step, the local error of positions in L; 1e-5 if neither is given.
+    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    until: "end", or "snap", soon after the height first changes sign.
+
+    Returns
+    -------
+    `History`, with the nodes' "positions" and the "load" sigma^2 as configurations.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a sheared scene, one without `stop`, a policy that cannot be.
+    SolverError
+        If no step converges; what was reached is its `history`.
+    """
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
+    problem = Statics(scene, elements)
+    scene.require_stop()
+    state, _ = equilibrium(problem, problem.start(), 0.0)
+    length = problem.compression**0.5
+    motion = integrate(tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]))
+    index, _, weights = problem.middle_weights()
+    slope = motion.q[:, index] @ weights * length
+    policy = {
+        "elements": elements,
+        "method": method,
+        "step": step,
+        "tolerance": control.tolerance,
+        "spectral_radius": spectral_radius,
+        "until": until,
+    }
+    return motion.as_history(
+        scene,
+        policy,
+        length=length,
+        slope=slope / np.hypot(1.0, slope),
+        positions=problem.shapes(motion.q),
+    )

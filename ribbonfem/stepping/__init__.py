@@ -1,0 +1,1 @@
+"""Time stepping of the planar beams."""
