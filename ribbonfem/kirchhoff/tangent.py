@@ -1,7 +1,7 @@
 """Compiled elements of the Kirchhoff rod in motion: residual, tangent, condensation, Newton, hidden constraints.
 
 Unknowns.  Nodes are the Gauss-Lobatto nodes of elements of degree P; frames g are the unit
-quaternions of `kirchhoff_kernels`, forces n are kept by their values at the P Gauss points.  `x`
+quaternions of `kernels`, forces n are kept by their values at the P Gauss points.  `x`
 (nodes, 4) holds position and theta, the angle about the tangent counted from the step's first
 instant: what is left of conj(g0) g once the tangent has been carried along by the shortest
 rotation.  `v` and `a` are its rates.  The clamped nodes are the first and the last.
@@ -26,8 +26,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .kirchhoff_kernels import _point
-from .results import Array
+from .kernels import _point
+from ribbonfem.results import Array
 
 # degree of the elements; a constant, so that the compiler knows the length of every inner loop
 P = 5
@@ -136,7 +136,7 @@ def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None
 def _bend(rod: Rod, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array) -> tuple[float, float]:
     """Derivatives in q and p of the density, the tangent; returns its energy without n, and n.t.
 
-    The same as `kirchhoff_kernels._point` without second derivatives, in products of quaternions:
+    The same as `kernels._point` without second derivatives, in products of quaternions:
     with m the body moment, d(m.kappa) is 2 q m along dp and -2 p m along dq, and d(n.t) is
     -2 n q i, each over |q|^2 and less its part along q.
     """

@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from . import kirchhoff_motion_kernels as kernels
-from . import kirchhoff_motion_loop as loop
-from . import newmark, tableaus
-from .kirchhoff_rod import Frames, Statics
-from .lagrange import lobatto_points
-from .newmark import ENERGIES, LARGEST_TURN, NEWTON_TOLERANCE, PROBLEMS, SMALLEST_STEP, Control
-from .results import Array, History, SolverError
-from .scene import Scene
+from . import tangent as kernels
+from . import loop
+from ribbonfem.stepping import newmark, tableaus
+from .problem import Frames, Statics
+from ribbonfem.elements.lobatto import lobatto_points
+from ribbonfem.stepping.newmark import ENERGIES, LARGEST_TURN, NEWTON_TOLERANCE, PROBLEMS, SMALLEST_STEP, Control
+from ribbonfem.results import Array, History, SolverError
+from ribbonfem.scene import Scene
 
 TABLEAUS = {"tr-bdf2": tableaus.tr_bdf2, "implicit-euler": tableaus.implicit_euler}
 # rows are made in chunks of this many bytes of configurations

@@ -1,6 +1,6 @@
 """The compiled time loop of the Kirchhoff rod: stages, Newton, hidden constraints, control of steps.
 
-A diagonally implicit method is a tableau (`tableaus`), a Newmark-like one its coefficients
+A diagonally implicit method is a tableau (`stepping.tableaus`), a Newmark-like one its coefficients
 (`newmark.Method`): stages of both are solved in one place.  All state is in `Motion` and its
 clock, so that a run that comes back for more rows is bitwise the uninterrupted one.
 
@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .kirchhoff_motion_kernels import (
+from .tangent import (
     STIFF,
     P,
     Rod,
@@ -34,7 +34,7 @@ from .kirchhoff_motion_kernels import (
     solve,
     twist,
 )
-from .results import Array
+from ribbonfem.results import Array
 
 DIRK, ONE_STAGE = 0, 1
 # what `run` returns
