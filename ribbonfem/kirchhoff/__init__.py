@@ -1,5 +1,6 @@
 """The ribbon as a geometrically exact Kirchhoff rod in three dimensions, by finite elements."""
 
+from .motion import simulate
 from .verbs import (
     Pitchforks,
     RestState,
@@ -23,6 +24,7 @@ __all__ = [
     "pitchforks",
     "saddle",
     "shear_curves",
+    "simulate",
     "skipping_bound",
     "stable_states",
     "state",

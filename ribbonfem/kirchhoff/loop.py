@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ribbonfem.results import Array
+
 from .tangent import (
     STIFF,
     P,
@@ -34,7 +36,6 @@ from .tangent import (
     solve,
     twist,
 )
-from ribbonfem.results import Array
 
 DIRK, ONE_STAGE = 0, 1
 # what `run` returns
@@ -578,9 +579,7 @@ def _stage(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, f
             for c in range(4):
                 known = (m.alpha_f * y.a[node, c] - m.alpha_m * y.auxiliary[node, c]) / (1.0 - m.alpha_m)
                 t.xp[node, c] = (
-                    y.x[node, c]
-                    + h * y.v[node, c]
-                    + h * h * (m.r0 * y.auxiliary[node, c] + m.r1 * known)
+                    y.x[node, c] + h * y.v[node, c] + h * h * (m.r0 * y.auxiliary[node, c] + m.r1 * known)
                 )
                 t.vp[node, c] = y.v[node, c] + h * (m.v0 * y.auxiliary[node, c] + m.v1 * known)
             for c in range(3):
@@ -644,9 +643,7 @@ def _accept(m: Scheme, y: Motion, t: Scratch) -> None:
 
 
 @njit(**_options)
-def _record(
-    rod: Rod, s: Solver, y: Motion, angle: float, rows: Array, row_x: Array, row_m1: Array
-) -> float:
+def _record(rod: Rod, s: Solver, y: Motion, angle: float, rows: Array, row_x: Array, row_m1: Array) -> float:
     """Write the next row, configurations if there is room for them; return the elastic energy."""
     clock, row = y.clock, int(y.clock[ROWS])
     for i in range(y.g.shape[0]):
@@ -680,7 +677,15 @@ def _record(
 
 @njit(**_options)
 def run(
-    rod: Rod, m: Scheme, ramp: Ramp, s: Solver, t: Scratch, y: Motion, rows: Array, row_x: Array, row_m1: Array
+    rod: Rod,
+    m: Scheme,
+    ramp: Ramp,
+    s: Solver,
+    t: Scratch,
+    y: Motion,
+    rows: Array,
+    row_x: Array,
+    row_m1: Array,
 ) -> int:
     """Step until the end, until the rows are full (call again with fresh ones), or until no step converges."""
     clock, nu = y.clock, ramp.damping

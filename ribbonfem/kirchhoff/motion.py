@@ -1,12 +1,20 @@
 """The ribbon in motion by finite elements: a geometrically exact rod without shear.
 
-With lengths in L, forces in EI2/L^2, time in t*, c = EI2 / (EA L^2) or 0, the rod moves by
+With lengths in L, forces in EI2/L^2, time in t*, c = EI2 / (EA L^2) or 0, the rod has the energy
 
     int [ 1/2 (EI1 kappa1^2 + EI2 kappa2^2 + GJ tau^2) + n.(r' - t) - c (n.t)^2 / 2 ] ds
 
 and the inertia of r and of the rotation about the tangent (`Ribbon.rotary_inertia`): what the
 discrete rods tend to.  Bending rotations and n carry no mass and follow at the same instant.
-Damping is -nu M v on both.
+Damping is -nu M v on both.  Spin is balanced as in the rods and the paper, J theta''; the full
+d(J theta' t)/dt has a gyroscopic moment besides (`gyroscopic=True`), which does no work.
+
+r is continuous of degree p = 5, frames are unit quaternions at the same Gauss-Lobatto nodes,
+interpolated and normalised, so that an element that is turned has the same strains; n has its
+values at the p Gauss points, which take all integrals; the mass is lumped.  An equilibrium of
+`kirchhoff` on the same mesh is one of these equations.  The force as an unknown keeps the rod
+from locking and serves c = 0 and c > 0 alike, snap angles converge with the power 2 p = 10 of
+the mesh, and inside the elements everything is eliminated (`tangent`): six unknowns a node.
 """
 
 from __future__ import annotations
@@ -16,32 +24,135 @@ from typing import Any
 
 import numpy as np
 
-from . import tangent as kernels
-from . import loop
-from ribbonfem.stepping import newmark, tableaus
-from .problem import Frames, Statics
+from ribbonfem.continuation import at_parameter, first_point, trace
+from ribbonfem.continuation.curves import steps_for
 from ribbonfem.elements.lobatto import lobatto_points
-from ribbonfem.stepping.newmark import ENERGIES, LARGEST_TURN, NEWTON_TOLERANCE, PROBLEMS, SMALLEST_STEP, Control
+from ribbonfem.policy import flag, whole_number
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.stepping import newmark
+from ribbonfem.stepping.newmark import (
+    ENERGIES,
+    LARGEST_TURN,
+    NEWTON_TOLERANCE,
+    PROBLEMS,
+    SMALLEST_STEP,
+    Control,
+)
 
-TABLEAUS = {"tr-bdf2": tableaus.tr_bdf2, "implicit-euler": tableaus.implicit_euler}
+from . import loop, states, tangent
+from .problem import Frames, Statics, checked_mesh
+
+METHODS = ("esdirk4", "esdirk3", *newmark.METHODS)
+UNTIL = ("end", "snap", "decided")
+ELEMENTS, TOLERANCE = 6, 1e-6
+# part of the tolerance that Newton may leave in a position
+NEWTON = 1e-2
 # rows are made in chunks of this many bytes of configurations
 _CHUNK = 8_000_000
-_warm: set[tuple[Any, ...]] = set()
+_warm = False
+
+
+def simulate(
+    scene: Scene,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    method: str = "esdirk4",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    gyroscopic: bool = False,
+    every: int = 1,
+    configurations: bool = True,
+    until: str = "end",
+) -> History:
+    """The motion from rest in the start state, through the ramp and the hold.
+
+    Parameters
+    ----------
+    scene: with a `stop`, of any shear.
+    elements: an even number of at least 4; errors fall as elements^-10.
+    extensible: whether the ribbon stretches, with EA of the scene's ribbon.
+    method: "esdirk4", "esdirk3" (`stepping.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+        (trapezoidal) or "implicit-euler".
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    tolerance: of the adaptive step, the local error of positions in L; 1e-6 if neither is given.
+    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
+        balance of the rods and of the paper.
+    every: record each `every`-th accepted step, and the last.
+    configurations: False leaves positions and directors out of the result.
+    until: "end"; "snap", soon after the height first changes sign; "decided" ends a held ribbon's
+        run once its energy is below that of every saddle that the curve of equilibria through
+        its start has at `stop`.
+
+    Returns
+    -------
+    History
+        `configurations` holds "positions" (rows, nodes, 3) in L and "normals" (rows, nodes, 3),
+        the directors m1, at the Gauss-Lobatto nodes, and "load" (rows,), the compressive force
+        along x averaged along the ribbon (EI2/L^2).
+
+    Raises
+    ------
+    SceneError
+        For a scene without `stop`, or whose start is not a stable equilibrium.
+    PolicyError
+        For a policy value that cannot be.
+    SolverError
+        If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
+    """
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, METHODS, UNTIL)
+    mesh = checked_mesh(elements, extensible)
+    whole_number("every", every, 1)
+    flag("configurations", configurations)
+    flag("gyroscopic", gyroscopic)
+    scene.require_stop()
+    problem, start = states.named(scene, **mesh)
+    barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
+    ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
+    policy = {
+        "elements": elements,
+        "extensible": extensible,
+        "method": method,
+        "step": step,
+        "tolerance": control.tolerance,
+        "spectral_radius": spectral_radius,
+        "gyroscopic": gyroscopic,
+        "every": every,
+        "configurations": configurations,
+        "until": until,
+    }
+    return integrate(problem, start, scene, control, ramp, policy, configurations)
+
+
+def lowest_saddle(problem: Statics, state: Frames, scene: Scene) -> float:
+    """Lowest energy of the states with one unstable direction at `stop`, on the curve through a state.
+
+    -inf if there is none: nothing is then decided early.
+    """
+    angle, steps = scene.require_stop(), steps_for(scene)
+    energies = []
+    for sign in (-1.0, 1.0):
+        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
+            ends = segment.start.parameter - angle, segment.end.parameter - angle
+            if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
+                energies.append(problem.energy(at_parameter(problem, segment, angle, steps).state))
+    return min(energies, default=-np.inf)
 
 
 def lumps(elements: int) -> Array:
     """(elements, P + 1) masses of the nodes of each element, by Gauss-Lobatto quadrature; in sum 1."""
-    points = lobatto_points(kernels.P)
-    powers = np.arange(kernels.P + 1)
+    points = lobatto_points(tangent.P)
+    powers = np.arange(tangent.P + 1)
     weights = np.linalg.solve(points[None, :] ** powers[:, None], 1.0 / (powers + 1.0))
     return np.tile(weights / elements, (elements, 1))
 
 
-def discretised(problem: Statics, scene: Scene) -> kernels.Rod:
+def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
     """The rod as arrays for the compiled time loop."""
-    tables, elements, p = problem.tables, problem.tables.elements, kernels.P
+    tables, elements, p = problem.tables, problem.tables.elements, tangent.P
     mass = lumps(elements)
     nodes = len(tables.nodes)
     inertia = np.zeros((nodes, 4))
@@ -51,7 +162,7 @@ def discretised(problem: Statics, scene: Scene) -> kernels.Rod:
     coupling = tables.weights[:, :, None] * tables.slope
     inside = coupling[:, :, 1:p]
     share = np.einsum("eki,eli,ei->ekl", inside, inside, 1.0 / mass[:, 1:p])
-    return kernels.Rod(
+    return tangent.Rod(
         value=tables.value,
         slope=tables.slope,
         weights=tables.weights,
@@ -81,7 +192,7 @@ def at_rest(problem: Statics, state: Frames) -> loop.Motion:
         a=np.zeros_like(x),
         auxiliary=np.zeros_like(x),
         g=state.g.copy(),
-        n=np.tile(state.force, (elements, kernels.P, 1)),
+        n=np.tile(state.force, (elements, tangent.P, 1)),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
         clock=clock,
@@ -90,11 +201,11 @@ def at_rest(problem: Statics, state: Frames) -> loop.Motion:
 
 def scheme_of(method: newmark.Method) -> loop.Scheme:
     """A method's coefficients for the compiled time loop."""
-    tableau = TABLEAUS.get(method.name)
+    tableau = method.tableau
     if tableau is not None:
-        data = tableau()
+        power = tableau.embedded + 1.0
         return loop.Scheme(
-            loop.DIRK, data.stages, data.a, data.c, data.error, data.embedded + 1.0, *(8 * (0.0,)), False
+            loop.DIRK, tableau.stages, tableau.a, tableau.c, tableau.error, power, *(8 * (0.0,)), False
         )
     return loop.Scheme(
         loop.ONE_STAGE,
@@ -141,17 +252,13 @@ def ramp_of(
     )
 
 
-# part of the tolerance that Newton may leave in a position
-NEWTON = 3e-3
-
-
 class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
-    def __init__(self, rod: kernels.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool):
+    def __init__(self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool):
         elements = len(rod.weights)
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
-        self.solver = kernels.solver(elements)
+        self.solver = tangent.solver(elements)
         self.scratch = loop.scratch(elements, scheme.stages)
         self.capacity = max(256, _CHUNK // (48 * len(motion.x)))
         self.chunks: list[tuple[Array, Array, Array]] = []
@@ -198,7 +305,13 @@ class Run:
 
 
 def integrate(
-    problem: Statics, start: Frames, scene: Scene, control: Control, ramp: loop.Ramp, policy: dict[str, Any], configurations: bool
+    problem: Statics,
+    start: Frames,
+    scene: Scene,
+    control: Control,
+    ramp: loop.Ramp,
+    policy: dict[str, Any],
+    configurations: bool,
 ) -> History:
     """Step a rod from rest in an equilibrium through the scene's ramp and hold.
 
@@ -207,12 +320,12 @@ def integrate(
     SolverError
         If the end was not reached; its `history` is what was.
     """
+    global _warm
     rod = discretised(problem, scene)
     scheme = scheme_of(control.method)
-    key = (loop.DIRK,)
-    if key not in _warm:
+    if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
-        _warm.add(key)
+        _warm = True
         Run(rod, scheme, at_rest(problem, start), False).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
         )
@@ -220,8 +333,7 @@ def integrate(
     began = clock_time.perf_counter()
     status = run.go(ramp)
     history = run.history(scene, policy, clock_time.perf_counter() - began)
-    problem_text = PROBLEMS[status]
-    if problem_text:
+    if PROBLEMS[status]:
         where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
-        raise SolverError(f"stopped at {where}: {problem_text}", history)
+        raise SolverError(f"stopped at {where}: {PROBLEMS[status]}", history)
     return history

@@ -21,6 +21,7 @@ from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.lobatto import LineTables, line_tables
+from ribbonfem.policy import PolicyError, flag, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
@@ -222,3 +223,11 @@ class Statics:
             "kappa2": -curvature[:, :, 1].ravel(),
             "tau": curvature[:, :, 0].ravel(),
         }
+
+
+def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:
+    """The keywords of `Statics`, checked."""
+    count = whole_number("elements", elements, 4)
+    if count % 2:
+        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+    return {"elements": count, "extensible": flag("extensible", extensible)}

@@ -26,14 +26,20 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .kernels import _point
 from ribbonfem.results import Array
+
+from .kernels import _point
 
 # degree of the elements; a constant, so that the compiler knows the length of every inner loop
 P = 5
-N0 = 3 * (P - 1)  # first row of n in an element's matrix, after the rotations of its inner nodes
-INNER = N0 + 3 * P
-SIZE = INNER + 12  # then r and psi of its left node, and of its right node
+# rows of an element's matrix: r and psi of its left node, then of its right node, n, psi of the others
+OUTER = N0 = 12
+TURN0 = N0 + 3 * P
+SIZE = TURN0 + 3 * (P - 1)
+TURNS = 3 * (P + 1)
+# among the rotations alone the order is the same: node 0, node P, the others
+STRIPS = (0, *range(6, TURNS, 3), 3)
+PLACES = (3, 4, 5, 9, 10, 11, *range(TURN0, SIZE))
 WIDTH = 11
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
 STIFF = 1e12
@@ -68,7 +74,7 @@ class Rod(NamedTuple):
 class Solver(NamedTuple):
     """Memory of the tangent and its solution, allocated once.
 
-    local (E, SIZE, SIZE), the upper triangle of each element's factors; band (6 (E - 1) + WIDTH,
+    local (E, SIZE, SIZE), the lower triangle of each element's factors; band (6 (E - 1) + WIDTH,
     WIDTH + 1), those of what is left; right and local_right; residuals fr, fp (nodes, 3), fn
     (E, P, 3), overwritten by the increments of r, psi and n; the rest is a point's.
     """
@@ -87,9 +93,9 @@ class Solver(NamedTuple):
     hess: Array
     tangent: Array
     dt: Array
-    basis: Array
     columns: Array
     product: Array
+    turns: Array
 
 
 def solver(elements: int) -> Solver:
@@ -111,9 +117,9 @@ def solver(elements: int) -> Solver:
         hess=np.zeros((8, 8)),
         tangent=np.zeros(3),
         dt=np.zeros((3, 4)),
-        basis=np.zeros((P + 1, 4, 3)),
-        columns=np.zeros((P + 1, 8, 3)),
-        product=np.zeros((P + 1, 8, 3)),
+        columns=np.zeros((8, TURNS)),
+        product=np.zeros((8, TURNS)),
+        turns=np.zeros((TURNS, TURNS)),
     )
 
 
@@ -133,7 +139,9 @@ def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None
 
 
 @njit(**_options)
-def _bend(rod: Rod, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array) -> tuple[float, float]:
+def _bend(
+    rod: Rod, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array
+) -> tuple[float, float]:
     """Derivatives in q and p of the density, the tangent; returns its energy without n, and n.t.
 
     The same as `kernels._point` without second derivatives, in products of quaternions:
@@ -222,116 +230,166 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
 
 
 @njit(**_options)
-def _place(i: int) -> int:
-    """First row of the rotation of an element's node i in its matrix."""
-    if i == 0:
-        return INNER + 3
-    return INNER + 9 if i == P else 3 * (i - 1)
+def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
+    """Derivatives of (q, p) at a Gauss point by the rotations of the element's nodes, in s.columns."""
+    for i in range(P + 1):
+        w, x, y, z = g[e * P + i, 0], g[e * P + i, 1], g[e * P + i, 2], g[e * P + i, 3]
+        j = STRIPS[i]
+        for half in range(2):
+            factor = 0.5 * (rod.value[k, i] if half == 0 else rod.slope[e, k, i])
+            a, b, c, d = factor * w, factor * x, factor * y, factor * z
+            r = 4 * half
+            s.columns[r, j], s.columns[r, j + 1], s.columns[r, j + 2] = -b, -c, -d
+            s.columns[r + 1, j], s.columns[r + 1, j + 1], s.columns[r + 1, j + 2] = a, -d, c
+            s.columns[r + 2, j], s.columns[r + 2, j + 1], s.columns[r + 2, j + 2] = d, a, -b
+            s.columns[r + 3, j], s.columns[r + 3, j + 1], s.columns[r + 3, j + 2] = -c, b, a
+
+
+@njit(**_options)
+def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impulsive: bool) -> None:
+    """The rows of n at a Gauss point: with itself, the positions and the rotations (s.columns)."""
+    local = s.local[e]
+    row, weight, tangent, dt = N0 + 3 * k, rod.weights[e, k], s.tangent, s.dt
+    pull = n[0] * tangent[0] + n[1] * tangent[1] + n[2] * tangent[2]
+    axial = (STIFF if rod.soft > 0.0 else 0.0) if impulsive else rod.soft
+    for b in range(3):
+        for c in range(b + 1):
+            local[row + b, row + c] -= weight * axial * tangent[b] * tangent[c]
+        for l in range(k + 1):
+            local[row + b, N0 + 3 * l + b] -= rod.share[e, k, l] / sigma
+        local[row + b, b] = rod.coupling[e, k, 0]
+        local[row + b, 6 + b] = rod.coupling[e, k, P]
+    # -(1 + c n.t) dt - c t (n.dt)
+    stretch, along = weight * (1.0 + rod.soft * pull), 0.0 if impulsive else weight * rod.soft
+    strip = s.columns.shape[1]
+    c0, c1, c2, c3 = s.columns[0], s.columns[1], s.columns[2], s.columns[3]
+    p0 = n[0] * dt[0, 0] + n[1] * dt[1, 0] + n[2] * dt[2, 0]
+    p1 = n[0] * dt[0, 1] + n[1] * dt[1, 1] + n[2] * dt[2, 1]
+    p2 = n[0] * dt[0, 2] + n[1] * dt[1, 2] + n[2] * dt[2, 2]
+    p3 = n[0] * dt[0, 3] + n[1] * dt[1, 3] + n[2] * dt[2, 3]
+    for b in range(3):
+        shift = along * tangent[b]
+        d0, d1 = stretch * dt[b, 0] + shift * p0, stretch * dt[b, 1] + shift * p1
+        d2, d3 = stretch * dt[b, 2] + shift * p2, stretch * dt[b, 3] + shift * p3
+        out = s.product[b]
+        for j in range(strip):
+            out[j] = -(d0 * c0[j] + d1 * c1[j] + d2 * c2[j] + d3 * c3[j])
+        for c in range(3):
+            local[row + b, 3 + c] = out[c]
+            local[row + b, 9 + c] = out[3 + c]
+        for i in range(P - 1):
+            for c in range(3):
+                local[TURN0 + 3 * i + c, row + b] = out[6 + 3 * i + c]
+
+
+@njit(**_options)
+def _fill_turns(rod: Rod, s: Solver, e: int, k: int, g: Array) -> None:
+    """Add a Gauss point's share of the second derivatives in the rotations to s.turns (lower triangle)."""
+    weight, strip = rod.weights[e, k], s.columns.shape[1]
+    h, out = s.hess, s.product
+    c0, c1, c2, c3 = s.columns[0], s.columns[1], s.columns[2], s.columns[3]
+    c4, c5, c6, c7 = s.columns[4], s.columns[5], s.columns[6], s.columns[7]
+    for r in range(4):
+        # the blocks of q with itself, of q with p, and of p with itself
+        h0, h1, h2, h3 = weight * h[r, 0], weight * h[r, 1], weight * h[r, 2], weight * h[r, 3]
+        h4, h5, h6, h7 = weight * h[r, 4], weight * h[r, 5], weight * h[r, 6], weight * h[r, 7]
+        to = out[r]
+        for j in range(strip):
+            to[j] = h0 * c0[j] + h1 * c1[j] + h2 * c2[j] + h3 * c3[j]
+            to[j] += h4 * c4[j] + h5 * c5[j] + h6 * c6[j] + h7 * c7[j]
+        d = 4 + r
+        h0, h1, h2, h3 = weight * h[0, d], weight * h[1, d], weight * h[2, d], weight * h[3, d]
+        h4, h5, h6, h7 = weight * h[d, 4], weight * h[d, 5], weight * h[d, 6], weight * h[d, 7]
+        to = out[d]
+        for j in range(strip):
+            to[j] = h0 * c0[j] + h1 * c1[j] + h2 * c2[j] + h3 * c3[j]
+            to[j] += h4 * c4[j] + h5 * c5[j] + h6 * c6[j] + h7 * c7[j]
+    o0, o1, o2, o3, o4, o5, o6, o7 = out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]
+    for i in range(TURNS):
+        h0, h1, h2, h3 = c0[i], c1[i], c2[i], c3[i]
+        h4, h5, h6, h7 = c4[i], c5[i], c6[i], c7[i]
+        to = s.turns[i]
+        for j in range(i + 1):
+            to[j] += h0 * o0[j] + h1 * o1[j] + h2 * o2[j] + h3 * o3[j]
+            to[j] += h4 * o4[j] + h5 * o5[j] + h6 * o6[j] + h7 * o7[j]
+    for i in range(P + 1):
+        # the increment keeps the quaternion on its sphere: a second-order term
+        radial = 0.0
+        for c in range(4):
+            radial += (rod.value[k, i] * s.gq[c] + rod.slope[e, k, i] * s.gp[c]) * g[e * P + i, c]
+        for c in range(STRIPS[i], STRIPS[i] + 3):
+            s.turns[c, c] -= 0.25 * weight * radial
 
 
 @njit(**_options)
 def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, impulsive: bool) -> None:
-    """The upper triangle of an element's tangent in s.local[e]; sigma is d(force)/d(x) per mass.
+    """The lower triangle of an element's tangent in s.local[e]; sigma is d(force)/d(x) per mass.
 
     `impulsive`: that of the hidden constraints, in which stiffness plays no part.
     """
     local = s.local[e]
     for i in range(SIZE):
-        for j in range(i, SIZE):
-            local[i, j] = 0.0
-    for i in range(P + 1):
-        w, x, y, z = 0.5 * g[e * P + i, 0], 0.5 * g[e * P + i, 1], 0.5 * g[e * P + i, 2], 0.5 * g[e * P + i, 3]
-        b = s.basis[i]
-        b[0, 0], b[0, 1], b[0, 2] = -x, -y, -z
-        b[1, 0], b[1, 1], b[1, 2] = w, -z, y
-        b[2, 0], b[2, 1], b[2, 2] = z, w, -x
-        b[3, 0], b[3, 1], b[3, 2] = -y, x, w
-    soft = rod.soft
+        row = local[i]
+        for j in range(i + 1):
+            row[j] = 0.0
+    for i in range(TURNS):
+        row = s.turns[i]
+        for j in range(i + 1):
+            row[j] = 0.0
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
-        _point(s.q, s.p, n[e, k], rod.stiff, soft, s.gq, s.gp, s.hess, s.tangent, s.dt)
-        weight = rod.weights[e, k]
-        pull = n[e, k, 0] * s.tangent[0] + n[e, k, 1] * s.tangent[1] + n[e, k, 2] * s.tangent[2]
-        stretch = 1.0 + soft * pull
-        row = N0 + 3 * k
-        axial = (STIFF if soft > 0.0 else 0.0) if impulsive else soft
-        for b in range(3):
-            for c in range(b, 3):
-                local[row + b, row + c] -= weight * axial * s.tangent[b] * s.tangent[c]
-            for l in range(k, P):
-                local[row + b, N0 + 3 * l + b] -= rod.share[e, k, l] / sigma
-            local[row + b, INNER + b] = rod.coupling[e, k, 0]
-            local[row + b, INNER + 6 + b] = rod.coupling[e, k, P]
-        for i in range(P + 1):
-            value, slope = rod.value[k, i], rod.slope[e, k, i]
-            place = _place(i)
-            radial = 0.0
-            for c in range(4):
-                radial += (value * s.gq[c] + slope * s.gp[c]) * g[e * P + i, c]
-            radial *= 0.25 * weight
-            for a in range(3):
-                turn0 = turn1 = turn2 = 0.0
-                for c in range(4):
-                    half = s.basis[i, c, a]
-                    s.columns[i, c, a] = value * half
-                    s.columns[i, 4 + c, a] = slope * half
-                    turn0 += s.dt[0, c] * half
-                    turn1 += s.dt[1, c] * half
-                    turn2 += s.dt[2, c] * half
-                axial = 0.0
-                if not impulsive:
-                    # the increment keeps the quaternion on its sphere: a second-order term
-                    local[place + a, place + a] -= radial
-                    axial = soft * (n[e, k, 0] * turn0 + n[e, k, 1] * turn1 + n[e, k, 2] * turn2)
-                factor = -weight * value
-                turn0 = factor * (stretch * turn0 + axial * s.tangent[0])
-                turn1 = factor * (stretch * turn1 + axial * s.tangent[1])
-                turn2 = factor * (stretch * turn2 + axial * s.tangent[2])
-                if place < row:
-                    local[place + a, row] = turn0
-                    local[place + a, row + 1] = turn1
-                    local[place + a, row + 2] = turn2
-                else:
-                    local[row, place + a] = turn0
-                    local[row + 1, place + a] = turn1
-                    local[row + 2, place + a] = turn2
-        if impulsive:
-            continue
-        for r in range(4):
-            for c in range(4):
-                s.hess[4 + c, r] = s.hess[r, 4 + c]
-        for i in range(P + 1):
-            for r in range(8):
-                for a in range(3):
-                    total = 0.0
-                    for c in range(8):
-                        total += s.hess[r, c] * s.columns[i, c, a]
-                    s.product[i, r, a] = weight * total
-        for i in range(P + 1):
-            place = _place(i)
-            for j in range(P + 1):
-                other = _place(j)
-                if other < place:
-                    continue
-                for a in range(3):
-                    for c in range(a if i == j else 0, 3):
-                        total = 0.0
-                        for r in range(8):
-                            total += s.columns[i, r, a] * s.product[j, r, c]
-                        local[place + a, other + c] += total
+        _point(s.q, s.p, n[e, k], rod.stiff, rod.soft, s.gq, s.gp, s.hess, s.tangent, s.dt)
+        _columns(s, rod, e, k, g)
+        _fill_gap(rod, s, e, k, n[e, k], sigma, impulsive)
+        if not impulsive:
+            _fill_turns(rod, s, e, k, g)
+    for i in range(TURNS):
+        for j in range(i + 1):
+            local[PLACES[i], PLACES[j]] = s.turns[i, j]
     for i in range(P + 1):
         mass = rod.mass[e, i] * sigma
-        place = _place(i)
-        local[place, place] += rod.spin * mass
+        row = PLACES[STRIPS[i]]
+        local[row, row] += rod.spin * mass
         if impulsive:
-            local[place + 1, place + 1] += SMALL * mass
-            local[place + 2, place + 2] += SMALL * mass
+            local[row + 1, row + 1] += SMALL * mass
+            local[row + 2, row + 2] += SMALL * mass
     for b in range(3):
-        local[INNER + b, INNER + b] += rod.mass[e, 0] * sigma
-        local[INNER + 6 + b, INNER + 6 + b] += rod.mass[e, P] * sigma
+        local[b, b] += rod.mass[e, 0] * sigma
+        local[6 + b, 6 + b] += rod.mass[e, P] * sigma
 
 
 # --- condensed solution --------------------------------------------------------------------------
+
+
+@njit(**_options)
+def _eliminate(local: Array) -> None:
+    """L D L^T of the inside of an element, from its last row up, three rows at a time.
+
+    Row k of the factors is D times row k of L^T; the rows of the outside are left with their
+    Schur complement.
+    """
+    k = SIZE - 1
+    while k >= OUTER:
+        row0, row1, row2 = local[k], local[k - 1], local[k - 2]
+        inverse0 = 1.0 / row0[k]
+        f0, f1 = row0[k - 1] * inverse0, row0[k - 2] * inverse0
+        for j in range(k):
+            row1[j] -= f0 * row0[j]
+        for j in range(k - 1):
+            row2[j] -= f1 * row0[j]
+        inverse1 = 1.0 / row1[k - 1]
+        f0 = row1[k - 2] * inverse1
+        for j in range(k - 1):
+            row2[j] -= f0 * row1[j]
+        inverse2 = 1.0 / row2[k - 2]
+        for i in range(k - 2):
+            f0, f1, f2 = row0[i] * inverse0, row1[i] * inverse1, row2[i] * inverse2
+            # (the compiler makes vectors of this loop only behind the question)
+            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
+                row = local[i]
+                for j in range(i + 1):
+                    row[j] -= f0 * row0[j] + f1 * row1[j] + f2 * row2[j]
+        k -= 3
 
 
 @njit(**_options)
@@ -344,26 +402,80 @@ def factorise(s: Solver) -> None:
             s.band[i, d] = 0.0
     for e in range(elements):
         local = s.local[e]
-        for k in range(INNER):
-            inverse = 1.0 / local[k, k]
-            for i in range(k + 1, SIZE):
-                factor = local[k, i] * inverse
-                if factor != 0.0:
-                    for j in range(i, SIZE):
-                        local[i, j] -= factor * local[k, j]
+        _eliminate(local)
         first = 6 * (e - 1)
         for i in range(12):
             if 0 <= first + i < count:
-                for j in range(i, 12):
-                    if first + j < count:
-                        s.band[first + i, j - i] += local[INNER + i, INNER + j]
+                for j in range(i + 1):
+                    if first + j >= 0:
+                        s.band[first + j, i - j] += local[i, j]
     for k in range(count):
-        inverse = 1.0 / s.band[k, 0]
+        above = s.band[k]
+        inverse = 1.0 / above[0]
         for d in range(1, WIDTH + 1):
-            factor = s.band[k, d] * inverse
+            factor = above[d] * inverse
             if factor != 0.0:
-                for c in range(d, WIDTH + 1):
-                    s.band[k + d, c - d] -= factor * s.band[k, c]
+                row = s.band[k + d]
+                for c in range(WIDTH + 1 - d):
+                    row[c] -= factor * above[c + d]
+
+
+@njit(**_options)
+def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
+    """Right-hand side of an element, its inside eliminated, in s.local_right[e]."""
+    f, local = s.local_right[e], s.local[e]
+    for i in range(OUTER):
+        f[i] = 0.0
+    for k in range(P):
+        for c in range(3):
+            total = -s.fn[e, k, c]
+            for i in range(1, P):
+                total += rod.coupling[e, k, i] * s.fr[e * P + i, c] / (rod.mass[e, i] * sigma)
+            f[N0 + 3 * k + c] = total
+    for i in range(1, P):
+        for c in range(3):
+            f[TURN0 - 3 + 3 * i + c] = -s.fp[e * P + i, c]
+    k = SIZE - 1
+    while k >= OUTER:
+        row0, row1, row2 = local[k], local[k - 1], local[k - 2]
+        f0 = f[k] / row0[k]
+        f[k - 1] -= f0 * row0[k - 1]
+        f1 = f[k - 1] / row1[k - 1]
+        f[k - 2] -= f0 * row0[k - 2] + f1 * row1[k - 2]
+        f2 = f[k - 2] / row2[k - 2]
+        for j in range(k - 2):
+            f[j] -= f0 * row0[j] + f1 * row1[j] + f2 * row2[j]
+        k -= 3
+
+
+@njit(**_options)
+def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
+    """Increments of the inside of an element from those of its outside, into s.fr, s.fp, s.fn."""
+    f, local = s.local_right[e], s.local[e]
+    k = OUTER
+    while k < SIZE:
+        row0, row1, row2 = local[k], local[k + 1], local[k + 2]
+        f0 = f1 = f2 = 0.0
+        for j in range(k):
+            f0 += row0[j] * f[j]
+            f1 += row1[j] * f[j]
+            f2 += row2[j] * f[j]
+        f[k] = (f[k] - f0) / row0[k]
+        f[k + 1] = (f[k + 1] - f1 - row1[k] * f[k]) / row1[k + 1]
+        f[k + 2] = (f[k + 2] - f2 - row2[k] * f[k] - row2[k + 1] * f[k + 1]) / row2[k + 2]
+        k += 3
+    for k in range(P):
+        for c in range(3):
+            s.fn[e, k, c] = f[N0 + 3 * k + c]
+    for i in range(1, P):
+        node = e * P + i
+        inverse = 1.0 / (rod.mass[e, i] * sigma)
+        for c in range(3):
+            s.fp[node, c] = f[TURN0 - 3 + 3 * i + c]
+            total = s.fr[node, c]
+            for k in range(P):
+                total += rod.coupling[e, k, i] * f[N0 + 3 * k + c]
+            s.fr[node, c] = -total * inverse
 
 
 @njit(**_options)
@@ -371,73 +483,41 @@ def solve(rod: Rod, s: Solver, sigma: float) -> None:
     """Overwrite the residuals s.fr, s.fp, s.fn by the increments that would take them to 0."""
     elements = s.local.shape[0]
     count = 6 * (elements - 1)
+    right = s.right
     for e in range(elements - 1):
         node = (e + 1) * P
         for c in range(3):
-            s.right[6 * e + c] = -s.fr[node, c]
-            s.right[6 * e + 3 + c] = -s.fp[node, c]
+            right[6 * e + c] = -s.fr[node, c]
+            right[6 * e + 3 + c] = -s.fp[node, c]
     for e in range(elements):
-        f = s.local_right[e]
-        local = s.local[e]
-        for i in range(1, P):
-            for c in range(3):
-                f[3 * (i - 1) + c] = -s.fp[e * P + i, c]
-        for k in range(P):
-            for c in range(3):
-                total = -s.fn[e, k, c]
-                for i in range(1, P):
-                    total += rod.coupling[e, k, i] * s.fr[e * P + i, c] / (rod.inertia[e * P + i, 0] * sigma)
-                f[N0 + 3 * k + c] = total
-        for i in range(INNER, SIZE):
-            f[i] = 0.0
-        for k in range(INNER):
-            factor = f[k] / local[k, k]
-            for i in range(k + 1, SIZE):
-                f[i] -= factor * local[k, i]
+        _forward(rod, s, e, sigma)
         first = 6 * (e - 1)
         for i in range(12):
             if 0 <= first + i < count:
-                s.right[first + i] += f[INNER + i]
+                right[first + i] += s.local_right[e, i]
     for k in range(count):
-        factor = s.right[k] / s.band[k, 0]
+        row = s.band[k]
+        factor = right[k] / row[0]
         for d in range(1, WIDTH + 1):
-            s.right[k + d] -= factor * s.band[k, d]
-    for i in range(count, count + WIDTH):
-        s.right[i] = 0.0
+            right[k + d] -= factor * row[d]
+    for d in range(WIDTH):
+        right[count + d] = 0.0
     for k in range(count - 1, -1, -1):
-        total = s.right[k]
+        row = s.band[k]
+        total = 0.0
         for d in range(1, WIDTH + 1):
-            total -= s.band[k, d] * s.right[k + d]
-        s.right[k] = total / s.band[k, 0]
+            total += row[d] * right[k + d]
+        right[k] = (right[k] - total) / row[0]
     for e in range(elements):
-        f = s.local_right[e]
-        local = s.local[e]
         first = 6 * (e - 1)
         for i in range(12):
-            row = INNER + i
-            f[row] = s.right[first + i] if 0 <= first + i < count else 0.0
-        for k in range(INNER - 1, -1, -1):
-            # f[k] still holds what forward elimination left of the right-hand side
-            total = f[k]
-            for i in range(k + 1, SIZE):
-                total -= local[k, i] * f[i]
-            f[k] = total / local[k, k]
-        for k in range(P):
-            for c in range(3):
-                s.fn[e, k, c] = f[N0 + 3 * k + c]
-        for i in range(1, P):
-            node = e * P + i
-            for c in range(3):
-                s.fp[node, c] = f[3 * (i - 1) + c]
-                total = -s.fr[node, c]
-                for k in range(P):
-                    total -= rod.coupling[e, k, i] * f[N0 + 3 * k + c]
-                s.fr[node, c] = total / (rod.inertia[node, 0] * sigma)
+            s.local_right[e, i] = right[first + i] if 0 <= first + i < count else 0.0
+        _backward(rod, s, e, sigma)
     for e in range(elements - 1):
         node = (e + 1) * P
         for c in range(3):
-            s.fr[node, c] = s.right[6 * e + c]
-            s.fp[node, c] = s.right[6 * e + 3 + c]
+            s.fr[node, c] = right[6 * e + c]
+            s.fp[node, c] = right[6 * e + 3 + c]
     last = elements * P
     for c in range(3):
         s.fr[0, c] = s.fr[last, c] = 0.0

@@ -6,24 +6,23 @@ Gauss points an element the fold angles converge with the power 2 p = 10 of the 
 within 1e-9 rad at the default one.  `extensible=True` adds the stretching stiffness EA; the
 curvatures are then per unit of undeformed length.
 
-Static: there is no `simulate`.  Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
+Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
-from ribbonfem.policy import PolicyError, flag, interval, whole_number
+from ribbonfem.policy import interval, whole_number
 from ribbonfem.results import Array, Branch, Fold, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import states
-from .problem import Frames, Statics
+from .problem import Frames, Statics, checked_mesh
 from .states import Pitchforks, ShearCurve
 
 __all__ = [
@@ -113,14 +112,6 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
     )
 
 
-def _mesh(elements: object, extensible: object) -> dict[str, Any]:
-    """The keywords of `Statics`, checked."""
-    count = whole_number("elements", elements, 4)
-    if count % 2:
-        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
-    return {"elements": count, "extensible": flag("extensible", extensible)}
-
-
 def folds(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -143,7 +134,7 @@ def folds(
     PolicyError, SolverError
         For a mesh that cannot be, a continuation that fails.
     """
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start, scene, steps))
 
 
@@ -163,7 +154,7 @@ def equilibria(
     """
     span = interval("span", span)
     limit = whole_number("unstable", unstable, 0)
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
     return whole_curve(problem, start, span, steps or steps_for(scene), limit).as_branch(scene, policy)
 
@@ -174,7 +165,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     Found from the planar elastica, in closed form, by shearing it and by changing over at its
     pitchforks (paper, appendices A and B).  Parameters and errors as in `folds`.
     """
-    problem, frames = states.named(scene, **_mesh(elements, extensible))
+    problem, frames = states.named(scene, **checked_mesh(elements, extensible))
     return _rest(problem, frames, 0.0, 0, scene)
 
 
@@ -184,7 +175,7 @@ def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = 
     Of those that U is connected to: a ribbon has other states, wound by whole turns.
     Parameters and errors as in `folds`.
     """
-    return states.stable(scene, **_mesh(elements, extensible))
+    return states.stable(scene, **checked_mesh(elements, extensible))
 
 
 def pitchforks(
@@ -211,7 +202,7 @@ def pitchforks(
         As in `folds`.
     """
     scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
-    return states.pitchforks(scene, **_mesh(elements, extensible))
+    return states.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
 def shear_curves(
@@ -226,7 +217,7 @@ def shear_curves(
     z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
     """
     scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
-    return states.shear_curves(scene, **_mesh(elements, extensible))
+    return states.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
 def saddle(
@@ -257,7 +248,7 @@ def saddle(
     if scene.planar:
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     scene = replace(scene, start="U+S-")
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     passed, point = states.landing(problem, start, angle, 1, steps)
     if point is None or point.index != 1 or angle > passed[0].point.parameter:
         fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
@@ -275,7 +266,7 @@ def skipping_bound(
 
     Parameters and errors as in `saddle`.
     """
-    mesh = _mesh(elements, extensible)
+    mesh = checked_mesh(elements, extensible)
     problem, start = states.named(replace(scene, start="U+S+", rate=1.0, stop=None), **mesh)
     first = ramp_folds(problem, start, scene, steps)[0].point
     pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
