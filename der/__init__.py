@@ -4,6 +4,7 @@
     der.equilibria(scene)   the connected curve of equilibria through the start state
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
+    der.frequencies(scene)  angular frequencies of small motions about the start state
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
 Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
@@ -13,6 +14,6 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 
 from . import modes
 from .motion import simulate
-from .verbs import equilibria, folds, normal_forms
+from .verbs import equilibria, folds, frequencies, normal_forms
 
-__all__ = ["equilibria", "folds", "modes", "normal_forms", "simulate"]
+__all__ = ["equilibria", "folds", "frequencies", "modes", "normal_forms", "simulate"]

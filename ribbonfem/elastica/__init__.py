@@ -3,6 +3,7 @@
 from .verbs import (
     equilibria,
     folds,
+    frequencies,
     normal_forms,
     simulate,
 )
@@ -10,6 +11,7 @@ from .verbs import (
 __all__ = [
     "equilibria",
     "folds",
+    "frequencies",
     "normal_forms",
     "simulate",
 ]

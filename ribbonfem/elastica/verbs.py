@@ -8,14 +8,14 @@ from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import interval
-from ribbonfem.results import Branch, Fold, History
+from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.newmark import Control, integrate
 
-from .motion import at_rest, tables
+from .motion import at_rest, tables, vibrations
 from .problem import Statics
 
-__all__ = ["equilibria", "folds", "normal_forms", "simulate"]
+__all__ = ["equilibria", "folds", "frequencies", "normal_forms", "simulate"]
 
 TOLERANCE = 3e-6
 
@@ -49,6 +49,15 @@ def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) 
     """
     problem = Statics(scene, elements, extensible)
     return ramp_normal_forms(problem, problem.start(), scene)
+
+
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible: bool = False) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements, extensible)
+    return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 
 def equilibria(

@@ -54,6 +54,8 @@ GROWTH = 0.25
 KEEP = 0.4
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
+# lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
+CREEP, LEAST = 0.1, 0.01
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
 # solved stages that are remembered, and those through which a guess is laid
@@ -687,7 +689,7 @@ def run(
     row_x: Array,
     row_m1: Array,
 ) -> int:
-    """Step until the end, until the rows are full (call again with fresh ones), or until no step converges."""
+    """Step until the end, until the rows are full (call again with fresh ones), or no step converges."""
     clock, nu = y.clock, ramp.damping
     nodes = y.x.shape[0]
     last = m.stages - 1
@@ -779,6 +781,13 @@ def run(
         factor = 2.0
         if ramp.fixed == 0.0:
             error = _error(m, y, t, h)
+            # Errors made while the ribbon creeps towards a fold add up and shift the snap; those
+            # made while it rings do not.  The error allowed shrinks with the speed.
+            speed = 0.0
+            for i in range(1, nodes - 1):
+                for c in range(3):
+                    speed = max(speed, abs(t.v[i, c]))
+            error /= min(1.0, max(LEAST, CREEP * speed))
             factor = min(2.0, 0.8 * (ramp.tolerance / max(error, 1e-300)) ** (1.0 / m.power))
             if not error <= ramp.tolerance:
                 clock[POINTS] = known

@@ -1,4 +1,4 @@
-"""Compiled elements of the Kirchhoff rod in motion: residual, tangent, condensation, Newton, hidden constraints.
+"""Compiled elements of the Kirchhoff rod in motion: residual, tangent, condensed solution.
 
 Unknowns.  Nodes are the Gauss-Lobatto nodes of elements of degree P; frames g are the unit
 quaternions of `kernels`, forces n are kept by their values at the P Gauss points.  `x`
@@ -217,7 +217,7 @@ def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> fl
 
 @njit(**_options)
 def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) -> float:
-    """Residuals in s.fr, s.fp, s.fn, with inertial forces of a mass times `force` (nodes, 4); elastic energy."""
+    """Residuals in s.fr, s.fp, s.fn, with inertial forces of `force` (nodes, 4) a mass; elastic energy."""
     energy = 0.0
     for i in range(g.shape[0]):
         for c in range(3):

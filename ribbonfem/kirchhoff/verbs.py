@@ -17,11 +17,13 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
+from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import interval, whole_number
 from ribbonfem.results import Array, Branch, Fold, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import states
+from .motion import vibrations
 from .problem import Frames, Statics, checked_mesh
 from .states import Pitchforks, ShearCurve
 
@@ -31,6 +33,8 @@ __all__ = [
     "ShearCurve",
     "equilibria",
     "folds",
+    "frequencies",
+    "normal_forms",
     "pitchforks",
     "saddle",
     "shear_curves",
@@ -136,6 +140,26 @@ def folds(
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start, scene, steps))
+
+
+def normal_forms(
+    scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds of `folds`: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return ramp_normal_forms(problem, start, scene, steps)
+
+
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible: bool = False) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return vibrations(problem, start, scene, count)
 
 
 def equilibria(

@@ -7,6 +7,7 @@ from .verbs import (
     closed_form_fold,
     equilibria,
     folds,
+    frequencies,
     normal_forms,
     simulate,
 )
@@ -18,6 +19,7 @@ __all__ = [
     "closed_form_fold",
     "equilibria",
     "folds",
+    "frequencies",
     "normal_forms",
     "simulate",
 ]

@@ -68,7 +68,10 @@ def _rows(*rows: tuple[float, ...]) -> Array:
 
 
 def esdirk3() -> Tableau:
-    """The implicit half of ARK3(2)4L[2]SA of C. A. Kennedy & M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139."""
+    """The implicit half of ARK3(2)4L[2]SA of C. A. Kennedy & M. H. Carpenter.
+
+    Appl. Numer. Math. 44 (2003) 139.
+    """
     d = 1767732205903 / 4055673282236
     a = _rows(
         (0.0,),
@@ -91,7 +94,10 @@ def esdirk3() -> Tableau:
 
 
 def esdirk4() -> Tableau:
-    """The implicit half of ARK4(3)6L[2]SA of C. A. Kennedy & M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139."""
+    """The implicit half of ARK4(3)6L[2]SA of C. A. Kennedy & M. H. Carpenter.
+
+    Appl. Numer. Math. 44 (2003) 139.
+    """
     a = _rows(
         (0.0,),
         (1 / 4, 1 / 4),
