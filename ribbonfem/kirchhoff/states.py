@@ -28,7 +28,7 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
-from ribbonfem.results import Array, Value
+from ribbonfem.results import Array, SolverError, Value
 from ribbonfem.scene import Scene, SceneError
 
 from .problem import Clamps, Frames, Statics
@@ -163,14 +163,17 @@ def _forked(problem: Statics, event: Event[Frames], limit: float) -> Iterator[Se
         # a fork at no shear is the free turning of a rod of one stiffness
         return
     steps = _steps(problem.clamps.compression)
-    amplitude = steps.first
-    point = switch(problem, event, amplitude, steps)
-    while point.parameter >= limit:
+    amplitude, point = steps.first, None
+    while point is None or point.parameter >= limit:
         # the fork is steep in the shear at first, so that little amplitude needs little shear
-        amplitude *= 0.5
         if amplitude < 1e-6:
             return
-        point = switch(problem, event, amplitude, steps)
+        try:
+            point = switch(problem, event, amplitude, steps)
+        except SolverError:
+            # the stiffer the ribbon, the sooner the fork bends away from its null vector
+            point = None
+        amplitude *= 0.5
     for segment in trace(problem, point, (event.point.parameter - 0.1, limit), steps, unstable=8):
         yield segment
         if _tip(problem, segment) is not None:
@@ -202,13 +205,20 @@ def _fork(
     return None
 
 
-def _merged(problem: Statics, near: Point[Frames], tip: Point[Frames], limit: float) -> Point[Frames]:
-    """The state S at a shear a little past the tip of US, or at `limit`, from a US state near it."""
-    g = near.state.g + near.state.g[::-1]
-    guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], near.state.force)
+def _merged(problem: Statics, tip: Point[Frames], limit: float) -> Point[Frames]:
+    """The state S at a shear a little past the tip of US, or at `limit`, from the state at the tip."""
+    g = tip.state.g + tip.state.g[::-1]
+    guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], tip.state.force)
     # the symmetric guess stays symmetric, and in that space nothing is singular at the tip
-    shear = min(limit, tip.parameter + 0.02 * np.sqrt(problem.clamps.compression))
-    state, _ = equilibrium(problem, guess, shear)
+    for past in (0.02, 0.005, 0.001):
+        # stiff ribbons ask for a closer guess
+        shear = min(limit, tip.parameter + past * np.sqrt(problem.clamps.compression))
+        try:
+            state, _ = equilibrium(problem, guess, shear)
+            break
+        except SolverError:
+            if past == 0.001:
+                raise
     return first_point(problem, state, shear, 1.0)
 
 
@@ -237,7 +247,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         if tip is None:
             found["US"] = point.state, point.index
             continue
-        point = _merged(problem, point, tip, shear)
+        point = _merged(problem, tip, shear)
         if point.parameter < shear:
             for segment in trace(problem, point, (-shear, shear), _steps(problem.clamps.compression), 8):
                 point = segment.end
@@ -311,7 +321,7 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
             break
     fork = None if broken is None else _fork(problem, broken, limit)
     if fork is not None and fork[1] is not None:
-        lower = _unmerging(problem, _merged(problem, fork[0], fork[1], limit))
+        lower = _unmerging(problem, _merged(problem, fork[1], limit))
         merged = lower[-1] if lower else None
     points = (None if broken is None else broken.point, merged, restored)
     return Pitchforks(*(None if point is None else abs(float(point.parameter)) for point in points))
@@ -346,14 +356,14 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     if event is None:
         return tuple(curves)
     us = [event.point]
-    near, tip = event.point, None
+    tip = None
     for segment in _forked(problem, event, limit):
-        near, tip = segment.start, _tip(problem, segment)
+        tip = _tip(problem, segment)
         us.append(segment.end if tip is None else tip)
     # at its two ends, the tips, a US state is neutral; it is stable up to them
     curves.append(_curve("US", problem, us))
     if tip is not None:
-        first = _merged(problem, near, tip, limit)
+        first = _merged(problem, tip, limit)
         up = first_point(problem, first.state, first.parameter, 1.0)
         above = [s.end for s in trace(problem, up, (0.0, limit), _steps(scene.compression), 8)]
         curves.append(_curve("S", problem, [*_unmerging(problem, first)[::-1], first, *above]))
