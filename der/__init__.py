@@ -5,6 +5,8 @@
     der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
+    der.state, der.stable_states, der.saddle, der.skipping_bound
+                            states by name, their passes, the static bound on skipping
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
 Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
@@ -16,8 +18,20 @@ from ribbonfem.names import public
 
 from . import modes
 from .motion import simulate
+from .rest import saddle, skipping_bound, stable_states, state
 from .verbs import equilibria, folds, leaves_plane, normal_forms
 
-__all__ = ["equilibria", "folds", "leaves_plane", "modes", "normal_forms", "simulate"]
+__all__ = [
+    "equilibria",
+    "folds",
+    "leaves_plane",
+    "modes",
+    "normal_forms",
+    "saddle",
+    "simulate",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]
 
 __getattr__, __dir__ = public(__name__, __all__)

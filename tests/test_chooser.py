@@ -251,7 +251,7 @@ def test_the_check_tells_a_miss_from_an_honest_failure(monkeypatch):
 
 @pytest.mark.slow
 def test_two_dozen_scenes(tmp_path):
-    section = choices.main(out=tmp_path, scenes=24, seed=11)
+    section = choices.QUESTION.section(choices.main(scenes=24, seed=11))
     verdicts = [scene["verdict"] for scene in section.values["scenes"]]
     assert verdicts.count("met") >= 0.95 * (len(verdicts) - verdicts.count("sensitive"))
     assert verdicts.count("missed") == 0

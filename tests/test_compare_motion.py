@@ -1,12 +1,13 @@
 import numpy as np
-import pytest
 
 from compare.questions import cases, delay, speed
-from compare.sweep import pool
+from compare.questions.registry import publish
+from compare.sweep import Sweep
 
 
 def test_delay_against_theory(tmp_path):
-    section = delay.main(out=tmp_path, systems="beam", dampings=(1e-3, 1e3), decades=2, processes=1)
+    found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
+    section, _ = publish(delay.QUESTION, found, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
     assert len(cells) == 18
     for cell in cells.values():
@@ -56,14 +57,3 @@ def test_parts_of_an_iteration_add_up():
     parts = speed.parts_of_an_iteration(21)
     assert parts["forces and Hessian"] > parts["forces"] > 0.0
     assert speed.reference_kernel() > 0.0
-
-
-def square(x):
-    return x * x
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_pool_keeps_the_order(processes):
-    assert list(pool.in_parallel(square, list(range(7)), processes)) == [0, 1, 4, 9, 16, 25, 36]
-    with pytest.raises(ValueError, match="processes = 0"):
-        next(pool.in_parallel(square, [1, 2], 0))

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 import der
 from compare.chooser.climb import SCATTER
-from compare.face.report import Picture, Section, Table
-from compare.face.style import draw_curve, figure, plt, save
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
-from ribbonfem import Branch, History, Scene, SolverError
+from compare.face.curve import Curve
+from compare.face.section import Drawing, Table
+from compare.face.style import draw_curve, figure, plt
+from compare.limits import edge_ratio, two_point
+from compare.models import warm_up
+from compare.sweep import Sweep
+from ribbonfem import History, Scene, SolverError
 from ribbonfem.continuation import Steps
+
+from .registry import Question
 
 # steps short enough for a polyline to look like a curve
 SMOOTH = Steps(turn=0.12, largest=0.05)
@@ -145,7 +148,7 @@ def _estimate(values: Sequence[float | None], ratio: float) -> tuple[float, floa
         return None
     if max(coarse, fine, loose) - min(coarse, fine, loose) > SCATTER:
         return None
-    limit = (ratio * fine - coarse) / (ratio - 1.0)
+    limit = two_point(coarse, fine, ratio)
     return limit, 0.25 * abs(limit - fine) + abs(fine - loose)
 
 
@@ -167,7 +170,7 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
     done = [_one(case, label, policy) for label, policy in policies]
     runs = tuple(run for run, _ in done)
     outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
-    ratio = ((fine - 2) / (coarse - 2)) ** 2
+    ratio = edge_ratio(coarse, fine)
     # a snap that refinement moves this far comes out of a rattle and not of a fold
     scattered = any(
         len(found) > 1 and max(found) - min(found) > SCATTER
@@ -198,7 +201,7 @@ def _settle(arguments: tuple[Case, tuple[int, int], float, tuple[float, ...]]) -
     return settle(*arguments)
 
 
-def _draw(verdicts: list[Verdict], branches: dict[float, Branch], kind: str, out: Path) -> list[str]:
+def _draw(verdicts: Sequence[Verdict], branches: dict[float, Curve], kind: str) -> Any:
     """z against alpha and against time, a column for each compression and damping (Figs. 10, 12, 13)."""
     chosen = [v for v in verdicts if v.case.kind == kind]
     keys = sorted(
@@ -233,105 +236,142 @@ def _draw(verdicts: list[Verdict], branches: dict[float, Branch], kind: str, out
             axes[1][column].set(xlim=window, ylim=(-0.36, 0.32), xlabel="time after the end of the ramp (s)")
     for row in range(rows):
         axes[row][0].set_ylabel("$z(1/2)/L$")
-    return [save(fig, out / f"cases-{kind}.png")]
+    return fig
 
 
 def _shown(estimate: tuple[float, float] | None) -> str:
     return "–" if estimate is None else f"{estimate[0]:.4f} ± {estimate[1]:.0e}"
 
 
+@dataclass(frozen=True)
+class NamedCases:
+    """What was found: the verdicts, how they were reached, and the curves behind the figures, by dL/L."""
+
+    verdicts: tuple[Verdict, ...]
+    nodes: tuple[int, int]
+    tolerance: float
+    euler: tuple[float, ...]
+    branches: dict[float, Curve]
+
+
+def _cost(work: tuple[Case, tuple[int, int], float, tuple[float, ...]]) -> float:
+    """Slow ramps at little damping take longest."""
+    return 1.0 / (work[0].scene.rate * work[0].scene.damping)
+
+
+def _compiled() -> None:
+    warm_up("der")
+    short = Scene(compression=0.4, shear=0.4, rate=1.0, stop=0.01)
+    der.simulate(short, nodes=21, method="implicit-euler", step=1e-3)
+
+
 def main(
     *,
-    progress: Progress | None = None,
-    out: Path,
-    nodes: tuple[float, ...] = (51, 101),
+    nodes: tuple[int, ...] = (51, 101),
     tolerance: float = 1e-5,
     euler: tuple[float, ...] = (1e-2, 1e-3, 1e-4),
-    only: str = "all",
-    processes: int = 2,
-) -> Section:
+    only: Literal["all", "skipping", "selection"] = "all",
+    sweep: Sweep | None = None,
+) -> NamedCases:
     """Run the paper's named cases of mode skipping and selection (Figs. 10, 12, 13).
 
     Each case on two meshes and at two tolerances, with TR-BDF2, and with the paper's implicit
     Euler at several steps: the outcome, "sensitive" where refinement changes it, and the snap
     angles with their uncertainty.  --only skipping or selection runs half of them.
     """
-    progress = progress or Progress()
+    sweep = sweep or Sweep()
     if only not in ("all", "skipping", "selection"):
         raise ValueError(f"only = {only!r}: must be 'all', 'skipping' or 'selection'")
     if len(nodes) != 2 or not nodes[0] < nodes[1]:
         raise ValueError(f"nodes = {nodes!r}: two numbers are needed, the coarse mesh first")
     coarse, fine = int(nodes[0]), int(nodes[1])
     chosen = [case for case in CASES if only in ("all", case.kind)]
-    # compiled once here, before any worker starts
-    der.simulate(Scene(compression=0.4, shear=0.4, rate=1.0, stop=0.01), nodes=21)
-    der.simulate(
-        Scene(compression=0.4, shear=0.4, rate=1.0, stop=0.01), nodes=21, method="implicit-euler", step=1e-3
-    )
     work = [(case, (coarse, fine), tolerance, euler) for case in chosen]
-    # the longest first: slow ramps at little damping
-    order = sorted(range(len(work)), key=lambda k: -1.0 / (chosen[k].scene.rate * chosen[k].scene.damping))
-    done = list(progress("named cases", in_parallel(_settle, [work[k] for k in order], processes), len(work)))
-    verdicts = [verdict for _, verdict in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]
+    verdicts = sweep("named cases", _settle, work, cost=_cost, prepare=_compiled)
     branches = {
-        compression: der.equilibria(
-            Scene(compression=compression, shear=0.40), nodes=coarse, span=(-1.5, 1.0)
+        compression: Curve.of(
+            der.equilibria(Scene(compression=compression, shear=0.40), nodes=coarse, span=(-1.5, 1.0))
         )
-        for compression in {case.scene.compression for case in chosen}
+        for compression in sorted({case.scene.compression for case in chosen})
     }
-    pictures = []
+    return NamedCases(tuple(verdicts), (coarse, fine), tolerance, tuple(euler), branches)
+
+
+def _agrees(verdict: Verdict) -> str:
+    ours = verdict.outcome
+    return "yes" if ours == verdict.case.paper else "open" if ours == "sensitive" else "NO"
+
+
+def words(found: NamedCases) -> list[str]:
+    """How many cases end as the paper says, and what the types mean."""
+    agreeing = [_agrees(verdict) for verdict in found.verdicts]
+    coarse, fine = found.nodes
+    return [
+        f"Of {len(agreeing)} cases {agreeing.count('yes')} end as the paper says, {agreeing.count('open')} "
+        f"are sensitive: there the outcome, or a snap by more than {SCATTER:g} rad, changes between "
+        f"N = {coarse} and {fine}, tolerances {found.tolerance:g} and {10 * found.tolerance:g} L, or with a "
+        "method that has no damping of its own, so that no single run decides it.",
+        "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
+        "that U+S- is gone. The rule is written down in der.modes.",
+    ]
+
+
+def tables(found: NamedCases) -> list[Table]:
+    """Outcomes and snap angles, the paper's beside ours."""
+    count = len(found.euler)
+    rows = [
+        [v.case.label, v.case.where, v.case.paper, v.outcome, _agrees(v), _shown(v.first), _shown(v.second)]
+        + [run.outcome for run in v.runs[len(v.runs) - count :]]
+        for v in found.verdicts
+    ]
+    return [
+        Table(
+            "Outcomes and snap angles",
+            ["case", "paper's", "paper", "here", "agree", "first snap (t_z = 0)", "second snap (z = 0)"]
+            + [f"Euler {step:g} s" for step in found.euler],
+            rows,
+            ["s"] * (7 + count),
+            "±: a quarter of the extrapolation in the mesh, plus the change over a decade of tolerance. "
+            "Euler: the paper's implicit Euler on the coarse mesh, whose damping decides some cases.",
+        )
+    ]
+
+
+def drawings(found: NamedCases) -> Iterator[Drawing]:
+    """The paper's Figs. 10, 12 and 13."""
     for kind, caption in (
         ("skipping", "Mode skipping (paper, Fig. 10). Grey: equilibria, stable solid, unstable dashed."),
         ("selection", "Mode selection (paper, Figs. 12 and 13). Grey: equilibria."),
     ):
-        if only in ("all", kind):
-            pictures += [Picture(file, caption) for file in _draw(verdicts, branches, kind, out)]
-    rows = []
-    for verdict in verdicts:
-        ours = verdict.outcome
-        agrees = "yes" if ours == verdict.case.paper else "open" if ours == "sensitive" else "NO"
-        rows.append(
-            [verdict.case.label, verdict.case.where, verdict.case.paper, ours, agrees]
-            + [_shown(verdict.first), _shown(verdict.second)]
-            + [run.outcome for run in verdict.runs[-len(euler) :]]
-        )
-    agreeing = sum(row[4] == "yes" for row in rows)
-    sensitive = sum(row[4] == "open" for row in rows)
-    return Section(
-        name="cases",
-        title="Mode skipping and selection: the paper's named cases",
-        text=[
-            f"Of {len(rows)} cases {agreeing} end as the paper says, {sensitive} are sensitive: there the "
-            f"outcome, or a snap by more than {SCATTER:g} rad, changes between N = {coarse} and {fine}, "
-            f"tolerances {tolerance:g} and {10 * tolerance:g} L, or with a method that has no damping of its "
-            "own, so that no single run decides it.",
-            "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
-            "that U+S- is gone. The rule is written down in der.modes.",
-        ],
-        tables=[
-            Table(
-                "Outcomes and snap angles",
-                ["case", "paper's", "paper", "here", "agree", "first snap (t_z = 0)", "second snap (z = 0)"]
-                + [f"Euler {step:g} s" for step in euler],
-                rows,
-                ["s"] * (7 + len(euler)),
-                "±: a quarter of the extrapolation in the mesh, plus the change over a decade of tolerance. "
-                "Euler: the paper's implicit Euler on the coarse mesh, whose damping decides some cases.",
-            )
-        ],
-        pictures=pictures,
-        values={
-            "cases": [
-                {
-                    "case": v.case.label,
-                    "kind": v.case.kind,
-                    "paper": v.case.paper,
-                    "outcome": v.outcome,
-                    "first": v.first,
-                    "second": v.second,
-                    "runs": [vars(run) for run in v.runs],
-                }
-                for v in verdicts
-            ]
-        },
-    )
+        if any(verdict.case.kind == kind for verdict in found.verdicts):
+            yield Drawing(f"cases-{kind}.png", caption, _draw(found.verdicts, found.branches, kind))
+
+
+def values(found: NamedCases) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "cases": [
+            {
+                "case": v.case.label,
+                "kind": v.case.kind,
+                "paper": v.case.paper,
+                "outcome": v.outcome,
+                "first": v.first,
+                "second": v.second,
+                "runs": [vars(run) for run in v.runs],
+            }
+            for v in found.verdicts
+        ]
+    }
+
+
+QUESTION = Question(
+    name="cases",
+    title="Mode skipping and selection: the paper's named cases",
+    takes="some 4 minutes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

@@ -11,7 +11,7 @@ Static: there is no `simulate`.  Lengths in L, angles in rad, forces in EI2/L^2,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
 from ribbonfem.policy import PolicyError, flag, require_memory, verb, whole_number
-from ribbonfem.results import Array, Branch, Fold, SolverError, Value
+from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import states
@@ -41,49 +41,6 @@ __all__ = [
 ]
 
 ELEMENTS = 32
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class RestState(Value):
-    """One equilibrium of the ribbon.
-
-    Attributes
-    ----------
-    name: of the state as its signs say, "U+S+" and so on.
-    angle: alpha, rad.
-    height, slope: z(1/2)/L and the z-component of the tangent there.
-    force: (3,) n, the force in the rod in the fixed frame, EI2/L^2; the right clamp pulls with n.
-    energy: elastic, in EI2/L.
-    index: number of unstable directions; 0 is stable.
-    s: (nodes,) arclength of the nodes, in L.
-    positions: (nodes, 3) in L.
-    directors: (nodes, 3, 3), rows m1 (normal), m2 (width), m3 (tangent).
-    points: (points,) arclength of the rows of kappa1, kappa2 and tau.
-    kappa1, kappa2, tau: (points,) curvatures about m1 and m2, and twist, in 1/L.
-    scene: what it is a state of.
-    """
-
-    name: str
-    angle: float
-    height: float
-    slope: float
-    force: Array
-    energy: float
-    index: int
-    s: Array
-    positions: Array
-    directors: Array
-    points: Array
-    kappa1: Array
-    kappa2: Array
-    tau: Array
-    scene: Scene
-
-    def __repr__(self) -> str:
-        return (
-            f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
-            f"energy {self.energy:.6g} EI2/L, index {self.index})"
-        )
 
 
 def _directors(g: Array) -> Array:
