@@ -135,9 +135,18 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
 
 def verb(function: Callable[P, T]) -> Callable[P, T]:
     """Make a function a verb of a model: what it is called with is checked by `CHECKS`."""
+    return _checked(function, CHECKS)
+
+
+def call_of_a_scene(function: Callable[P, T]) -> Callable[P, T]:
+    """As `verb`, for what is asked of a scene and not of a model: its own policy is for it to check."""
+    return _checked(function, {"scene": a_scene})
+
+
+def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any]]) -> Callable[P, T]:
     signature = inspect.signature(function)
     taken = tuple(signature.parameters)
-    checks = {name: CHECKS[name] for name in taken if name in CHECKS}
+    checks = {name: known[name] for name in taken if name in known}
     what = f"{function.__module__.removesuffix('.verbs').removesuffix('.motion')}.{function.__name__}"
 
     @wraps(function)
