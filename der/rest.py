@@ -166,6 +166,9 @@ def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") ->
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None), nodes, clamp)
     problem = Statics(rod)
-    top = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))[0].point
+    found = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    top = found[0].point
     there, point = _pass(scene, top.parameter, nodes, clamp)
     return problem.energy(top.state) - there.energy(point.state)

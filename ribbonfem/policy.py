@@ -17,7 +17,7 @@ from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
-from .scene import Scene, SceneError, as_number, shown
+from .scene import Ribbon, Scene, SceneError, as_number, shown
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -119,9 +119,17 @@ def a_scene(name: str, value: object) -> Scene:
     return value
 
 
+def a_ribbon(name: str, value: object) -> Ribbon | None:
+    """Return `value` if it is a `Ribbon` or None."""
+    if value is not None and not isinstance(value, Ribbon):
+        refuse(name, value, "a Ribbon is needed, or None for the default one")
+    return value
+
+
 # keywords that mean one thing in every verb, and their checks
 CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "scene": a_scene,
+    "ribbon": a_ribbon,
     "extensible": flag,
     "configurations": flag,
     "span": interval,

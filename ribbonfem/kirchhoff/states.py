@@ -33,6 +33,8 @@ from ribbonfem.scene import Scene, SceneError
 
 from .problem import Clamps, Frames, Statics
 
+# what counts as zero of heights (L) and slopes when a state is named
+_FLAT = 1e-7
 _FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
 
 
@@ -103,8 +105,8 @@ def name_of(problem: Statics, state: Frames, parameter: float) -> str:
     """
     position, tangent = problem.middle(state)
     half = 0.5 * problem.at(parameter).chord()[0]
-    u = "" if abs(position[2]) < 1e-7 else "U+" if position[2] > 0.0 else "U-"
-    if abs(tangent[2]) < 1e-7:
+    u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
+    if abs(tangent[2]) < _FLAT:
         return u
     if not u:
         return "S+" if tangent[2] < 0.0 else "S-"
@@ -298,7 +300,13 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
     state = found[next(family for family, names in _FAMILIES.items() if scene.start in names)][0]
     # two symmetries reach every sign
     images = [state, mirrored(state), reversed_(state), mirrored(reversed_(state))]
-    state = next(image for image in images if name_of(sheared, image, shear) == scene.start)
+    names = [name_of(sheared, image, shear) for image in images]
+    if scene.start not in names:
+        raise SceneError(
+            f"Scene.start = {scene.start!r}: at compression = {scene.compression!r}, shear = {scene.shear!r} "
+            f"the heights and slopes that tell the states apart are below {_FLAT:g}"
+        )
+    state = images[names.index(scene.start)]
     if scene.shear < 0.0:
         state = sheared_back(state)
     clamps = Clamps(0.0, scene.compression, scene.shear)

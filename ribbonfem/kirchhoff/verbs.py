@@ -74,7 +74,7 @@ def _mesh(elements: object, extensible: object) -> dict[str, Any]:
     """The keywords of `Statics`, checked."""
     count = whole_number("elements", elements, 4)
     if count % 2:
-        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
     require_memory("elements", elements, 4e4 * count, "the mesh")
     return {"elements": count, "extensible": flag("extensible", extensible)}
 
@@ -173,7 +173,9 @@ def pitchforks(
     SceneError, PolicyError, SolverError
         As in `folds`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
     return states.pitchforks(scene, **_mesh(elements, extensible))
 
 
@@ -189,7 +191,9 @@ def shear_curves(
 
     z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
     return states.shear_curves(scene, **_mesh(elements, extensible))
 
 
@@ -242,7 +246,11 @@ def skipping_bound(
     Parameters and errors as in `saddle`.
     """
     mesh = _mesh(elements, extensible)
-    problem, start = states.named(replace(scene, start="U+S+", rate=1.0, stop=None), **mesh)
-    first = ramp_folds(problem, start, scene, steps)[0].point
+    upward = replace(scene, start="U+S+", rate=1.0, stop=None)
+    problem, start = states.named(upward, **mesh)
+    found = ramp_folds(problem, start, upward, steps)
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    first = found[0].point
     pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
     return problem.energy(first.state) - pass_.energy
