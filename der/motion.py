@@ -16,6 +16,7 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 from __future__ import annotations
 
 import time as clock_time
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -30,7 +31,7 @@ from ribbonfem.values import handed_over
 from . import kernels, plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
-from .states import start_state
+from .states import at_rest, start_state
 
 METHODS = MappingProxyType(
     {
@@ -137,7 +138,7 @@ def simulate(
         # as the loop computes it, and no later by a hold that is rounding beside it
         turned + (hold if hold > 1e-12 * turned else 0.0),
         float(scene.damping * unit),
-        _lowest_saddle(rod, state, stop) if until == "decided" else -np.inf,
+        _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
     policy = kernels.Policy(
@@ -189,11 +190,14 @@ def simulate(
     return history
 
 
-def _lowest_saddle(rod: Rod, state: RodState, angle: float) -> float:
-    """Lowest energy of the states with one unstable direction at an angle, on the curve through a state.
+@lru_cache(maxsize=16)
+def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
     -inf if there is none: nothing is then decided early.
     """
+    rod = Rod(scene, nodes, clamp)
+    state = start_state(rod)
     problem, steps = Statics(rod), default_steps(rod)
     energies = []
     for sign in (-1.0, 1.0):

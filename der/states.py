@@ -9,6 +9,9 @@ reversal s -> L - s with r -> R - r.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eig_banded
@@ -17,7 +20,7 @@ from scipy.special import j0
 
 from ribbonfem.continuation import equilibrium
 from ribbonfem.results import Array, SolverError
-from ribbonfem.scene import SceneError
+from ribbonfem.scene import Scene, SceneError
 
 from . import kernels
 from .problem import Statics
@@ -238,8 +241,15 @@ def _from_coarse(rod: Rod) -> RodState | None:
     return state if line.index == 0 and name(rod, state) == wanted else None
 
 
+def at_rest(scene: Scene) -> Scene:
+    """The scene without its ramp: what its equilibria depend on."""
+    return replace(scene, rate=1.0, stop=None, hold=0.0, damping=0.0)
+
+
 def start_state(rod: Rod) -> RodState:
     """The stable equilibrium that the scene starts from.
+
+    It is kept: the runs of a diagram differ in their ramps alone, and start from one state.
 
     Raises
     ------
@@ -248,6 +258,12 @@ def start_state(rod: Rod) -> RodState:
     SolverError
         If the pre-deformation fails.
     """
+    return _start_of(at_rest(rod.scene), rod.nodes, rod.clamp).copy()
+
+
+@lru_cache(maxsize=16)
+def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
+    rod = Rod(scene, nodes, clamp)
     rod.scene.require_isolated()
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:
