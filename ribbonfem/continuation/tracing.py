@@ -303,9 +303,7 @@ def trace(
         base = end
         growth = min(2.0, 0.6 * steps.turn / max(turn, 1e-12), 4.0 / end.iterations)
         step = min(steps.largest, step * max(0.5, growth))
-    raise SolverError(
-        f"a curve of more than {steps.most} points (`Steps.most`), the last at parameter {base.parameter:.9g}"
-    )
+    raise SolverError(f"a curve of more than {steps.most} points: allow more, or longer steps")
 
 
 def switch(
