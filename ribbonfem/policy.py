@@ -24,8 +24,8 @@ T = TypeVar("T")
 
 # steps of one run: at some 10 us each a run of hours
 MOST_STEPS = 1e9
-# ends of a span, and angles at which a state is asked for: some 16 turns
-_WIDEST = 100.0
+# rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
+_WIDEST = 20.0
 
 
 class PolicyError(ValueError):
@@ -98,7 +98,7 @@ def interval(name: str, value: object) -> tuple[float, float]:
     except (TypeError, ValueError):
         refuse(name, value, "must be a pair of finite angles (rad)")
     if not -_WIDEST <= low < 0.0 < high <= _WIDEST:
-        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad")
+        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad (not degrees)")
     return low, high
 
 
