@@ -52,7 +52,7 @@ ADAPTIVE = ("tr-bdf2", "implicit-euler", "newmark", "generalised-alpha")
 
 TOLERANCE = 1.5e-4
 # bytes by which the rows grow at least
-_CHUNK = 16_000_000
+_CHUNK = 4_000_000
 # rad; the loop's own bound on the clamp's turn in a step
 LARGEST_TURN = 0.5
 _warm: set[str] = set()

@@ -8,6 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation import Point, at_parameter, first_point, trace
 from ribbonfem.continuation.curves import ramp_folds
+from ribbonfem.policy import verb
 from ribbonfem.results import Array, RestState, SolverError
 from ribbonfem.scene import Scene, SceneError
 
@@ -70,6 +71,7 @@ def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Sc
     )
 
 
+@verb
 def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestState:
     """The scene's start state at alpha = 0: stable.
 
@@ -94,6 +96,7 @@ def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestStat
     return _rest(Statics(rod), states.start_state(rod), 0.0, 0, scene)
 
 
+@verb
 def stable_states(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> tuple[str, ...]:
     """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
 
@@ -125,6 +128,7 @@ def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, 
     raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
 
 
+@verb
 def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centred") -> RestState:
     """The saddle between U+S- and U- at an angle: the lowest pass from the one to the other.
 
@@ -149,6 +153,7 @@ def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centre
     return _rest(problem, point.state, angle, 1, scene)
 
 
+@verb
 def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
     """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
 
@@ -161,6 +166,9 @@ def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") ->
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None), nodes, clamp)
     problem = Statics(rod)
-    top = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))[0].point
+    found = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    top = found[0].point
     there, point = _pass(scene, top.parameter, nodes, clamp)
     return problem.energy(top.state) - there.energy(point.state)

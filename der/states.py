@@ -118,7 +118,7 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         state, energy = trial, new
         if stable and size < 1e-9:
             return state
-    raise SolverError(f"no stable equilibrium found within {most} descent steps; use a finer mesh")
+    raise SolverError(f"no stable equilibrium of {rod.nodes} nodes found within {most} descent steps")
 
 
 def _softest(problem: Statics, state: RodState) -> Array:

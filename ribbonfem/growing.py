@@ -24,7 +24,7 @@ class Growing:
     count: rows that were written.
     """
 
-    def __init__(self, *shapes: tuple[int, ...], chunk: int = 16_000_000) -> None:
+    def __init__(self, *shapes: tuple[int, ...], chunk: int = 4_000_000) -> None:
         self._arrays = [np.empty((0, *shape)) for shape in shapes]
         self._row = 8 * sum(int(np.prod(shape)) for shape in shapes)
         self._chunk = chunk

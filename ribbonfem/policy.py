@@ -17,15 +17,15 @@ from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
-from .scene import Scene, SceneError, as_number, shown
+from .scene import Ribbon, Scene, SceneError, as_number, shown
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 # steps of one run: at some 10 us each a run of hours
 MOST_STEPS = 1e9
-# ends of a span, and angles at which a state is asked for: some 16 turns
-_WIDEST = 100.0
+# rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
+_WIDEST = 20.0
 
 
 class PolicyError(ValueError):
@@ -98,7 +98,7 @@ def interval(name: str, value: object) -> tuple[float, float]:
     except (TypeError, ValueError):
         refuse(name, value, "must be a pair of finite angles (rad)")
     if not -_WIDEST <= low < 0.0 < high <= _WIDEST:
-        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad")
+        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad (not degrees)")
     return low, high
 
 
@@ -119,9 +119,17 @@ def a_scene(name: str, value: object) -> Scene:
     return value
 
 
+def a_ribbon(name: str, value: object) -> Ribbon | None:
+    """Return `value` if it is a `Ribbon` or None."""
+    if value is not None and not isinstance(value, Ribbon):
+        refuse(name, value, "a Ribbon is needed, or None for the default one")
+    return value
+
+
 # keywords that mean one thing in every verb, and their checks
 CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "scene": a_scene,
+    "ribbon": a_ribbon,
     "extensible": flag,
     "configurations": flag,
     "span": interval,
@@ -135,9 +143,18 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
 
 def verb(function: Callable[P, T]) -> Callable[P, T]:
     """Make a function a verb of a model: what it is called with is checked by `CHECKS`."""
+    return _checked(function, CHECKS)
+
+
+def call_of_a_scene(function: Callable[P, T]) -> Callable[P, T]:
+    """As `verb`, for what is asked of a scene and not of a model: its own policy is for it to check."""
+    return _checked(function, {"scene": a_scene})
+
+
+def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any]]) -> Callable[P, T]:
     signature = inspect.signature(function)
     taken = tuple(signature.parameters)
-    checks = {name: CHECKS[name] for name in taken if name in CHECKS}
+    checks = {name: known[name] for name in taken if name in known}
     what = f"{function.__module__.removesuffix('.verbs').removesuffix('.motion')}.{function.__name__}"
 
     @wraps(function)

@@ -201,14 +201,14 @@ class Ribbon:
 
     def _warn(self) -> None:
         """Tell plausible slips in the units."""
-        for name in ("width", "thickness"):
-            if getattr(self, name) > self.length:
-                what = f"Ribbon.{name} = {getattr(self, name)!r} m is more than length = {self.length!r} m"
-                break
-        else:
-            name, what = "length", f"Ribbon.length = {self.length!r} m"
-        if name != "length" or self.length >= 25.0:
-            warnings.warn(f"{what}: dimensions are in m, not in mm", SceneWarning, stacklevel=3)
+        slip = ""
+        for name, most in (("thickness", 0.5), ("width", 2.0)):
+            if getattr(self, name) >= most * self.length:
+                slip = f"Ribbon.{name} = {getattr(self, name)!r} m beside length = {self.length!r} m"
+        if self.length >= 25.0:
+            slip = f"Ribbon.length = {self.length!r} m"
+        if slip:
+            warnings.warn(f"{slip}: dimensions are in m, not in mm", SceneWarning, stacklevel=3)
         if self.young < 2e3:
             warnings.warn(
                 f"Ribbon.young = {self.young!r} Pa is softer than any solid: moduli are in Pa, not in GPa",

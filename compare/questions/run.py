@@ -52,7 +52,12 @@ def _words(choice: Choice, answer: Answer) -> str:
             f"by some {answer.error:.1e} rad. No single run decides it."
         )
     if answer.value is None:
-        return f"no {what}: the clamp stops before it, or the ribbon does not do it."
+        stop = choice.scene.stop
+        until = (
+            "within a full turn of the clamp" if stop is None else f"before the clamp stops at {stop:g} rad"
+        )
+        held = f", nor while it is held for {choice.scene.hold:g} s" if stop and choice.scene.hold else ""
+        return f"no {what} {until}{held}."
     kept = "within" if answer.met else "NOT within"
     return (
         f"{what} at {answer.value:.7f} rad, to {answer.error:.1e} rad: {kept} the tolerance of "

@@ -185,7 +185,7 @@ def equilibrium(
             return state, problem.linearise(state, parameter)
     raise SolverError(
         f"no equilibrium found at parameter {parameter:.6g}: Newton's last increment was {size:.3g} "
-        f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess or a finer mesh"
+        f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess"
     )
 
 

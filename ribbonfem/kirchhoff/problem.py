@@ -308,6 +308,6 @@ def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:
     """The keywords of `Statics`, checked."""
     count = whole_number("elements", elements, 4)
     if count % 2:
-        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
     require_memory("elements", elements, 4e4 * count, "the mesh")
     return {"elements": count, "extensible": flag("extensible", extensible)}

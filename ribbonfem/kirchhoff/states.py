@@ -28,11 +28,13 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
-from ribbonfem.results import Array, Value
+from ribbonfem.results import Array, SolverError, Value
 from ribbonfem.scene import Scene, SceneError
 
 from .problem import Clamps, Frames, Statics
 
+# what counts as zero of heights (L) and slopes when a state is named
+_FLAT = 1e-7
 _FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
 
 
@@ -103,8 +105,8 @@ def name_of(problem: Statics, state: Frames, parameter: float) -> str:
     """
     position, tangent = problem.middle(state)
     half = 0.5 * problem.at(parameter).chord()[0]
-    u = "" if abs(position[2]) < 1e-7 else "U+" if position[2] > 0.0 else "U-"
-    if abs(tangent[2]) < 1e-7:
+    u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
+    if abs(tangent[2]) < _FLAT:
         return u
     if not u:
         return "S+" if tangent[2] < 0.0 else "S-"
@@ -163,14 +165,17 @@ def _forked(problem: Statics, event: Event[Frames], limit: float) -> Iterator[Se
         # a fork at no shear is the free turning of a rod of one stiffness
         return
     steps = _steps(problem.clamps.compression)
-    amplitude = steps.first
-    point = switch(problem, event, amplitude, steps)
-    while point.parameter >= limit:
+    amplitude, point = steps.first, None
+    while point is None or point.parameter >= limit:
         # the fork is steep in the shear at first, so that little amplitude needs little shear
-        amplitude *= 0.5
         if amplitude < 1e-6:
             return
-        point = switch(problem, event, amplitude, steps)
+        try:
+            point = switch(problem, event, amplitude, steps)
+        except SolverError:
+            # the stiffer the ribbon, the sooner the fork bends away from its null vector
+            point = None
+        amplitude *= 0.5
     for segment in trace(problem, point, (event.point.parameter - 0.1, limit), steps, unstable=8):
         yield segment
         if _tip(problem, segment) is not None:
@@ -202,13 +207,20 @@ def _fork(
     return None
 
 
-def _merged(problem: Statics, near: Point[Frames], tip: Point[Frames], limit: float) -> Point[Frames]:
-    """The state S at a shear a little past the tip of US, or at `limit`, from a US state near it."""
-    g = near.state.g + near.state.g[::-1]
-    guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], near.state.force)
+def _merged(problem: Statics, tip: Point[Frames], limit: float) -> Point[Frames]:
+    """The state S at a shear a little past the tip of US, or at `limit`, from the state at the tip."""
+    g = tip.state.g + tip.state.g[::-1]
+    guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], tip.state.force)
     # the symmetric guess stays symmetric, and in that space nothing is singular at the tip
-    shear = min(limit, tip.parameter + 0.02 * np.sqrt(problem.clamps.compression))
-    state, _ = equilibrium(problem, guess, shear)
+    for past in (0.02, 0.005, 0.001):
+        # stiff ribbons ask for a closer guess
+        shear = min(limit, tip.parameter + past * np.sqrt(problem.clamps.compression))
+        try:
+            state, _ = equilibrium(problem, guess, shear)
+            break
+        except SolverError:
+            if past == 0.001:
+                raise
     return first_point(problem, state, shear, 1.0)
 
 
@@ -237,7 +249,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         if tip is None:
             found["US"] = point.state, point.index
             continue
-        point = _merged(problem, point, tip, shear)
+        point = _merged(problem, tip, shear)
         if point.parameter < shear:
             for segment in trace(problem, point, (-shear, shear), _steps(problem.clamps.compression), 8):
                 point = segment.end
@@ -288,7 +300,13 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
     state = found[next(family for family, names in _FAMILIES.items() if scene.start in names)][0]
     # two symmetries reach every sign
     images = [state, mirrored(state), reversed_(state), mirrored(reversed_(state))]
-    state = next(image for image in images if name_of(sheared, image, shear) == scene.start)
+    names = [name_of(sheared, image, shear) for image in images]
+    if scene.start not in names:
+        raise SceneError(
+            f"Scene.start = {scene.start!r}: at compression = {scene.compression!r}, shear = {scene.shear!r} "
+            f"the heights and slopes that tell the states apart are below {_FLAT:g}"
+        )
+    state = images[names.index(scene.start)]
     if scene.shear < 0.0:
         state = sheared_back(state)
     clamps = Clamps(0.0, scene.compression, scene.shear)
@@ -311,7 +329,7 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
             break
     fork = None if broken is None else _fork(problem, broken, limit)
     if fork is not None and fork[1] is not None:
-        lower = _unmerging(problem, _merged(problem, fork[0], fork[1], limit))
+        lower = _unmerging(problem, _merged(problem, fork[1], limit))
         merged = lower[-1] if lower else None
     points = (None if broken is None else broken.point, merged, restored)
     return Pitchforks(*(None if point is None else abs(float(point.parameter)) for point in points))
@@ -346,14 +364,14 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     if event is None:
         return tuple(curves)
     us = [event.point]
-    near, tip = event.point, None
+    tip = None
     for segment in _forked(problem, event, limit):
-        near, tip = segment.start, _tip(problem, segment)
+        tip = _tip(problem, segment)
         us.append(segment.end if tip is None else tip)
     # at its two ends, the tips, a US state is neutral; it is stable up to them
     curves.append(_curve("US", problem, us))
     if tip is not None:
-        first = _merged(problem, near, tip, limit)
+        first = _merged(problem, tip, limit)
         up = first_point(problem, first.state, first.parameter, 1.0)
         above = [s.end for s in trace(problem, up, (0.0, limit), _steps(scene.compression), 8)]
         curves.append(_curve("S", problem, [*_unmerging(problem, first)[::-1], first, *above]))

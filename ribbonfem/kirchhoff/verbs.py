@@ -189,7 +189,9 @@ def pitchforks(
     SceneError, PolicyError, SolverError
         As in `folds`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
     return states.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
@@ -205,7 +207,9 @@ def shear_curves(
 
     z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
     return states.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
@@ -258,7 +262,11 @@ def skipping_bound(
     Parameters and errors as in `saddle`.
     """
     mesh = checked_mesh(elements, extensible)
-    problem, start = states.named(replace(scene, start="U+S+", rate=1.0, stop=None), **mesh)
-    first = ramp_folds(problem, start, scene, steps)[0].point
+    upward = replace(scene, start="U+S+", rate=1.0, stop=None)
+    problem, start = states.named(upward, **mesh)
+    found = ramp_folds(problem, start, upward, steps)
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    first = found[0].point
     pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
     return problem.energy(first.state) - pass_.energy

@@ -865,7 +865,8 @@ def run(
             continue
         nominal = 0.0
         if ramp.fixed > 0.0:
-            nominal = (end - start) / np.ceil((end - start) / ramp.fixed - 1e-9)
+            # at least one step, of however long a one is asked for
+            nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)

@@ -27,7 +27,7 @@ import numpy as np
 from ribbonfem.growing import Growing
 from ribbonfem.policy import PolicyError, choice, local_error, positive, require_duration
 from ribbonfem.results import DEPARTED, Array, History, SolverError
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, shown
 from ribbonfem.values import handed_over
 
 from . import beam_kernels as kernels
@@ -146,7 +146,7 @@ def method_of(name: str, spectral_radius: float | None = None, methods: tuple[st
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
         raise PolicyError(
-            f"spectral_radius = {spectral_radius!r}: only for method = 'generalised-alpha', not {name!r}"
+            f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not {name!r}"
         )
     if name == "newmark":
         return newmark()

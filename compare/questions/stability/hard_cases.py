@@ -21,7 +21,7 @@ UNBROKEN: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+"}
 PLANAR: dict[str, Any] = {"compression": 0.40, "shear": 0.0, "start": "U+"}
 
 # the paper's ratios, written: they stand, whatever the section
-_PAPER = {"bending_ratio": 400.0, "twist_ratio": 1.4562}
+_PAPER: dict[str, Any] = {"bending_ratio": 400.0, "twist_ratio": 1.4562}
 # ratios that follow from the section: 4e4 and 1.499
 THIN = Ribbon(thickness=1e-3)
 # written, to be hard for its stretch alone: EA L^2/EI2 = 1.2e9; 4e6 would follow
