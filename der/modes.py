@@ -16,13 +16,14 @@ what the types mean instead:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
+from ribbonfem.image import imaged
 from ribbonfem.results import MESH, Array, Fold, History, Value
-from ribbonfem.scene import shown
+from ribbonfem.scene import shown, swapped
 
 # a height (L) this close to the fold state's counts as being there ...
 _NEAR = 0.06
@@ -176,7 +177,7 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
 
 
 def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
-    """The outcome of a run that started at U+S+ and turned towards positive angles.
+    """The outcome of a run that started at U+S+ (with the right clamp turned: U+S-) at a positive rate.
 
     Parameters
     ----------
@@ -192,6 +193,11 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
     """
     scene = history.scene
     require_folds_of(history, folds)
+    if scene.turned == "right":
+        # the image has the same heights and angles, and its outcome with the sign of S exchanged
+        bare = tuple(Fold(fold.angle, fold.height, fold.load) for fold in folds)
+        found = classify(imaged(history, scene.image), bare)
+        return replace(found, final=swapped(found.final))
     if scene.start != "U+S+" or scene.rate < 0.0:
         raise ValueError(
             f"start = {scene.start!r}, rate = {scene.rate!r}: outcomes are those of U+S+, rate > 0"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import math
 import os
+import re
 from collections.abc import Callable, Sequence
 from functools import wraps
 from numbers import Integral
@@ -17,7 +18,9 @@ from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
-from .scene import Ribbon, Scene, SceneError, as_number, shown
+from .image import imaged
+from .results import SolverError
+from .scene import Ribbon, Scene, SceneError, as_number, shown, swapped
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -26,6 +29,8 @@ T = TypeVar("T")
 MOST_STEPS = 1e9
 # rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
 _WIDEST = 20.0
+# the name of a state in a message
+_STATE = re.compile(r"(U[+-])?S[+-]")
 
 
 class PolicyError(ValueError):
@@ -171,9 +176,25 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
         for name, value in given.arguments.items():
             if name in checks:
                 given.arguments[name] = checks[name](name, value)
+        scene = given.arguments.get("scene")
+        if isinstance(scene, Scene) and scene.turned == "right":
+            return _of_the_image(function, given, scene)
         return function(*given.args, **given.kwargs)
 
     return checked
+
+
+def _of_the_image(function: Callable[..., Any], given: inspect.BoundArguments, scene: Scene) -> Any:
+    """What a function finds of the scene's image, mapped back; errors name the states of the scene."""
+    given.arguments["scene"] = scene.image
+    try:
+        return imaged(function(*given.args, **given.kwargs), scene)
+    except SceneError as error:
+        raise SceneError(_STATE.sub(lambda found: swapped(found[0]), str(error))) from None
+    except SolverError as error:
+        if error.history is not None:
+            error.history = imaged(error.history, scene)
+        raise
 
 
 def half_of_memory() -> float:

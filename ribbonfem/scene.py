@@ -1,8 +1,8 @@
 """What happens to the ribbon: the statement of the problem, and nothing of how it is computed.
 
 The ribbon is clamped at both ends.  Its right clamp is moved to ``x = L - dL``, ``y = -dW`` and
-kept; the left clamp then turns about the y axis at a constant rate.  ``alpha > 0`` turns the
-left tangent *down* (``t = [cos a, 0, -sin a]``) and so drives a state with ``z > 0`` towards
+kept; the left clamp (or the right one) then turns about the y axis at a constant rate.  ``alpha > 0``
+turns the left tangent *down* (``t = [cos a, 0, -sin a]``) and so drives a state with ``z > 0`` towards
 ``z < 0``; this is the sign of the paper's three-dimensional boundary conditions (section 3.1),
 and the planar models follow it too.
 """
@@ -12,13 +12,15 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 PLANAR_STATES = ("U+", "U-")
+CLAMPS = ("left", "right")
 RIBBON_STATES = ("U+S+", "U+S-", "U-S+", "U-S-", "U+", "U-", "S+", "S-")
 
 
@@ -288,9 +290,18 @@ class Ribbon:
         return 1.0 if discriminant < 0.0 else 0.5 * (1.0 - math.sqrt(discriminant))
 
 
+def swapped(name: str) -> str:
+    """The name of a state with the sign of S exchanged."""
+    return (
+        name.translate(str.maketrans("+-", "-+"))
+        if name[:1] == "S"
+        else (name[:3] + name[3:].translate(str.maketrans("+-", "-+")))
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """A pre-deformed ribbon whose left clamp is turned.
+    """A pre-deformed ribbon of which one clamp is turned.
 
     At t = 0 the ribbon is at rest in the equilibrium `start`; the clamp's angular speed jumps
     to `rate`, and at the angle `stop` it jumps back to 0.  Nothing is smoothed.
@@ -315,6 +326,10 @@ class Scene:
         nu in 1/s: a force -nu M v.
     ribbon:
         The `Ribbon`.
+    turned:
+        The clamp that is turned, "left" or "right".  The right one is held at t = [cos a, 0, +sin a],
+        so that alpha > 0 still drives U+ towards U-; then U+S- has two folds and U+S+ one
+        (`ribbonfem.image`).
 
     Raises
     ------
@@ -330,8 +345,11 @@ class Scene:
     hold: float = 0.0
     damping: float = 1.0
     ribbon: Ribbon = field(default_factory=Ribbon)
+    turned: str = "left"
 
     def __post_init__(self) -> None:
+        if not isinstance(self.turned, str) or self.turned not in CLAMPS:
+            raise SceneError(f"Scene.turned = {shown(self.turned)}: must be 'left' or 'right'")
         for name in ("compression", "shear", "rate", "hold", "damping"):
             object.__setattr__(self, name, _number("Scene", name, getattr(self, name)))
         if not isinstance(self.ribbon, Ribbon):
@@ -373,6 +391,31 @@ class Scene:
                 SceneWarning,
                 stacklevel=3,
             )
+
+    @cached_property
+    def image(self) -> Scene:
+        """The scene with the other clamp turned, whose motion is this one's image: S changes its sign."""
+        return replace(self, start=swapped(self.start), turned="left" if self.turned == "right" else "right")
+
+    @cached_property
+    def mirror(self) -> Scene:
+        """The mirror image z -> -z: U changes its sign and the clamp turns the other way."""
+        start = self.start.translate(str.maketrans("+-", "-+")) if len(self.start) == 2 else self.start
+        if len(self.start) == 4:
+            start = f"U{'-' if self.start[1] == '+' else '+'}{self.start[2:]}"
+        elif self.start[0] == "S":
+            start = self.start
+        return replace(self, start=start, rate=-self.rate, stop=None if self.stop is None else -self.stop)
+
+    @cached_property
+    def scaled_rate(self) -> float:
+        """The rate times t*: rad."""
+        return self.rate * self.ribbon.inertial_time
+
+    @cached_property
+    def scaled_damping(self) -> float:
+        """The damping times t*: nu t* of the paper."""
+        return self.damping * self.ribbon.inertial_time
 
     @property
     def planar(self) -> bool:
