@@ -7,6 +7,7 @@
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
     der.state, der.stable_states, der.saddle, der.skipping_bound
                             states by name, their passes, the static bound on skipping
+    der.frequencies(scene)  angular frequencies of small motions about the start state
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
 Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
@@ -20,11 +21,12 @@ from ribbonfem.names import public
 from . import modes
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
-from .verbs import equilibria, folds, leaves_plane, normal_forms
+from .verbs import equilibria, folds, frequencies, leaves_plane, normal_forms
 
 __all__ = [
     "equilibria",
     "folds",
+    "frequencies",
     "leaves_plane",
     "modes",
     "normal_forms",

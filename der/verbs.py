@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import verb
-from ribbonfem.results import Branch, Fold
+from ribbonfem.results import Array, Branch, Fold
 from ribbonfem.scene import Scene
 
 from . import plane
@@ -52,6 +53,16 @@ def normal_forms(
     """
     rod = Rod(scene, nodes, clamp)
     return ramp_normal_forms(Statics(rod), start_state(rod), scene, default_steps(rod, steps))
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = "centred") -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    return natural_frequencies(Statics(rod), start_state(rod), 0.0, count)
 
 
 @verb

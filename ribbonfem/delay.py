@@ -23,12 +23,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from ribbonfem.continuation.curves import ramp_folds
+from ribbonfem.continuation.vibration import InertialProblem
 
 from .closed_form import closed_form_fold
 from .continuation import Event, Point, Problem, State, Steps
@@ -42,19 +43,6 @@ _TERMS = 24
 # Lambda beyond which f is that of Airy's equation to 1e-8, and the first zero of Airy's function
 _AIRY, _FIRST_ZERO = 1e6, 2.338107410459767
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-12
-
-
-class InertialProblem(Problem[State], Protocol):
-    """Equilibrium equations of a body with mass."""
-
-    @property
-    def unit(self) -> float:
-        """The time, in s, that the mass is counted in."""
-        ...
-
-    def momentum(self, state: State, velocity: Array) -> Array:
-        """M v of the unknowns' rates `velocity` (n,); zero for multipliers and what else has no mass."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -262,6 +262,7 @@ def main(
         for damping in dampings
         for rate in rates_for(damping, decades)
     ]
+    work.sort(key=_cost, reverse=True)
     cells = sweep("delays", _measure, work, cost=_cost, prepare=warm_up)
     return Delays(forms, tuple(dampings), tuple(cells))
 

@@ -5,6 +5,7 @@ from ribbonfem.names import public
 from .verbs import (
     equilibria,
     folds,
+    frequencies,
     leaves_plane,
     normal_forms,
     simulate,
@@ -13,6 +14,7 @@ from .verbs import (
 __all__ = [
     "equilibria",
     "folds",
+    "frequencies",
     "leaves_plane",
     "normal_forms",
     "simulate",

@@ -13,10 +13,10 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping.newmark import Control, integrate
 
 from . import sideways
-from .motion import at_rest, tables
+from .motion import at_rest, tables, vibrations
 from .problem import Statics
 
-__all__ = ["equilibria", "folds", "leaves_plane", "normal_forms", "simulate"]
+__all__ = ["equilibria", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
 
 TOLERANCE = 3e-6
 
@@ -77,6 +77,16 @@ def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) 
     """
     _problem(scene, elements, extensible)
     return sideways.leaves_plane(scene, elements, extensible)
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible: bool = False) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements, extensible)
+    return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 
 @verb

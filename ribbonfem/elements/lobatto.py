@@ -22,6 +22,13 @@ def lobatto_points(degree: int) -> Array:
     return np.concatenate(([0.0], 0.5 * (1.0 + np.sort(inner.real)), [1.0]))
 
 
+def lobatto_weights(degree: int) -> Array:
+    """Weights of the Gauss-Lobatto quadrature on [0, 1]: a lumped mass, exact to degree 2 degree - 1."""
+    points = lobatto_points(degree)
+    powers = np.arange(degree + 1)
+    return np.linalg.solve(points[None, :] ** powers[:, None], 1.0 / (powers + 1.0))
+
+
 class ElementLineLobatto(ElementH1):
     """Continuous polynomials of a given degree, with nodal values as dofs.
 

@@ -2,12 +2,15 @@
 
 from ribbonfem.names import public
 
+from .motion import simulate
 from .verbs import (
     Pitchforks,
     RestState,
     ShearCurve,
     equilibria,
     folds,
+    frequencies,
+    normal_forms,
     pitchforks,
     saddle,
     shear_curves,
@@ -22,9 +25,12 @@ __all__ = [
     "ShearCurve",
     "equilibria",
     "folds",
+    "frequencies",
+    "normal_forms",
     "pitchforks",
     "saddle",
     "shear_curves",
+    "simulate",
     "skipping_bound",
     "stable_states",
     "state",

@@ -21,7 +21,8 @@ import numpy as np
 from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
-from ribbonfem.elements.lobatto import LineTables, line_tables
+from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
+from ribbonfem.policy import PolicyError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
@@ -94,6 +95,12 @@ class Statics:
         self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
         self.soft = 1.0 / ribbon.stretch_ratio if extensible else 0.0
         self.extensible = extensible
+        self.unit = ribbon.inertial_time
+        self.spin = ribbon.rotary_inertia
+        lumps = lobatto_weights(degree) / elements
+        self.mass = np.zeros(len(self.tables.nodes))
+        for i in range(degree + 1):
+            self.mass[i : i + elements * degree : degree] += lumps[i]
         inner = len(self.tables.nodes) - 2
         self.weight = np.zeros(4 * inner + 3)
         # |dg| is half the angle
@@ -202,16 +209,58 @@ class Statics:
 
     def positions(self, state: Frames, parameter: float) -> Array:
         """Node positions (nodes, 3) in L."""
+        return self._integral(self.strains(state)[1])
+
+    def _integral(self, derivative: Array) -> Array:
+        """The field (nodes, 3), 0 at s = 0, of a derivative (elements, p, 3) at the Gauss points."""
         tables = self.tables
-        _, stretched = self.strains(state)
-        size = 1.0 / tables.elements
         result = np.zeros((len(tables.nodes), 3))
-        ends = np.cumsum(np.einsum("ek,ekb->eb", tables.weights, stretched), axis=0)
-        inside = size * np.einsum("ik,ekb->eib", tables.partial[:-1], stretched)
+        ends = np.cumsum(np.einsum("ek,ekb->eb", tables.weights, derivative), axis=0)
+        inside = np.einsum("ik,ekb->eib", tables.partial[:-1], derivative) / tables.elements
         inside[1:] += ends[:-1, None]
         result[:-1] = inside.reshape(-1, 3)
         result[-1] = ends[-1]
         return result
+
+    def _integral_adjoint(self, field: Array) -> Array:
+        """Factors (elements, p, 3) of a derivative in the sum of `field` (nodes, 3) times its `_integral`."""
+        tables = self.tables
+        inside = field[:-1].reshape(tables.elements, tables.degree, 3)
+        # what lies beyond an element's right end moves with the whole of it
+        beyond = np.cumsum(inside.sum(axis=1)[::-1], axis=0)[::-1]
+        beyond = np.concatenate((beyond[1:], np.zeros((1, 3)))) + field[-1]
+        result = np.einsum("ik,eib->ekb", tables.partial[:-1], inside) / tables.elements
+        return np.asarray(result + tables.weights[:, :, None] * beyond[:, None])
+
+    def momentum(self, state: Frames, velocity: Array) -> Array:
+        """M v of rates of g and n: of the motion of r that follows from them, and of the spin about t.
+
+        Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
+        """
+        tables, c = self.tables, self.soft
+        rate = np.zeros_like(state.g)
+        rate[1:-1] = velocity[:-3].reshape(-1, 4)
+        local = np.arange(tables.elements)[:, None] * tables.degree + np.arange(tables.degree + 1)
+        q = np.einsum("ki,eic->ekc", tables.value, state.g[local])
+        turning = np.einsum("ki,eic->ekc", tables.value, rate[local])
+        tangent, derivative = _tangents(q)
+        pull = tangent @ state.force
+        # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
+        bend = (1.0 + c * pull)[:, :, None, None] * derivative
+        bend += c * tangent[:, :, :, None] * np.einsum("b,ekbc->ekc", state.force, derivative)[:, :, None]
+        longer = c * (tangent @ velocity[-3:])
+        moving = np.einsum("ekbc,ekc->ekb", bend, turning) + longer[:, :, None] * tangent
+        weights = self._integral_adjoint(self.mass[:, None] * self._integral(moving))
+        result = np.zeros_like(state.g)
+        share = np.einsum("ekb,ekbc->ekc", weights, bend)
+        np.add.at(result, local, np.einsum("ki,ekc->eic", tables.value, share))
+        w, x, y, z = state.g.T
+        about = np.stack((-x, w, z, -y), axis=1)
+        # half the angle about t is the increment along g i
+        result += 4.0 * self.spin * (self.mass * np.sum(about * rate, axis=1))[:, None] * about
+        # a tension is the same all along: n has the momentum of the stretch that it makes
+        force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
+        return np.concatenate((result[1:-1].ravel(), force))
 
     def middle(self, state: Frames) -> tuple[Array, Array]:
         """Position and unit tangent at midspan, (3,) each."""
@@ -235,3 +284,30 @@ class Statics:
             "kappa2": -curvature[:, :, 1].ravel(),
             "tau": curvature[:, :, 0].ravel(),
         }
+
+
+def _tangents(q: Array) -> tuple[Array, Array]:
+    """Unit tangents (..., 3) of quaternions (..., 4) of any length, and their derivatives (..., 3, 4)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    square = np.sum(q * q, axis=-1)
+    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=-1)
+    tangent /= square[..., None]
+    rows = np.stack(
+        (
+            np.stack((w, x, -y, -z), axis=-1),
+            np.stack((z, y, x, w), axis=-1),
+            np.stack((-y, z, -w, x), axis=-1),
+        ),
+        axis=-2,
+    )
+    derivative = 2.0 * (rows - tangent[..., None] * q[..., None, :]) / square[..., None, None]
+    return tangent, derivative
+
+
+def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:
+    """The keywords of `Statics`, checked."""
+    count = whole_number("elements", elements, 4)
+    if count % 2:
+        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
+    require_memory("elements", elements, 4e4 * count, "the mesh")
+    return {"elements": count, "extensible": flag("extensible", extensible)}

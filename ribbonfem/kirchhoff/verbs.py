@@ -6,24 +6,25 @@ Gauss points an element the fold angles converge with the power 2 p = 10 of the 
 within 1e-9 rad at the default one.  `extensible=True` adds the stretching stiffness EA; the
 curvatures are then per unit of undeformed length.
 
-Static: there is no `simulate`.  Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
+Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
-from ribbonfem.policy import PolicyError, flag, require_memory, verb, whole_number
+from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import states
-from .problem import Frames, Statics
+from .motion import vibrations
+from .problem import Frames, Statics, checked_mesh
 from .states import Pitchforks, ShearCurve
 
 __all__ = [
@@ -32,6 +33,8 @@ __all__ = [
     "ShearCurve",
     "equilibria",
     "folds",
+    "frequencies",
+    "normal_forms",
     "pitchforks",
     "saddle",
     "shear_curves",
@@ -70,15 +73,6 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
     )
 
 
-def _mesh(elements: object, extensible: object) -> dict[str, Any]:
-    """The keywords of `Statics`, checked."""
-    count = whole_number("elements", elements, 4)
-    if count % 2:
-        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
-    require_memory("elements", elements, 4e4 * count, "the mesh")
-    return {"elements": count, "extensible": flag("extensible", extensible)}
-
-
 @verb
 def folds(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
@@ -102,9 +96,31 @@ def folds(
     PolicyError, SolverError
         For a mesh that cannot be, a continuation that fails.
     """
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
     return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
+
+
+@verb
+def normal_forms(
+    scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds of `folds`: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return ramp_normal_forms(problem, start, scene, steps)
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible: bool = False) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return vibrations(problem, start, scene, count)
 
 
 @verb
@@ -122,7 +138,7 @@ def equilibria(
     Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
     first state of more than `unstable` unstable directions.
     """
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
     curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
     return curve.as_branch(scene, policy, "kirchhoff")
@@ -135,7 +151,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     Found from the planar elastica, in closed form, by shearing it and by changing over at its
     pitchforks (paper, appendices A and B).  Parameters and errors as in `folds`.
     """
-    problem, frames = states.named(scene, **_mesh(elements, extensible))
+    problem, frames = states.named(scene, **checked_mesh(elements, extensible))
     return _rest(problem, frames, 0.0, 0, scene)
 
 
@@ -146,7 +162,7 @@ def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = 
     Of those that U is connected to: a ribbon has other states, wound by whole turns.
     Parameters and errors as in `folds`.
     """
-    return states.stable(scene, **_mesh(elements, extensible))
+    return states.stable(scene, **checked_mesh(elements, extensible))
 
 
 @verb
@@ -176,7 +192,7 @@ def pitchforks(
     scene = Scene(
         compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
     )
-    return states.pitchforks(scene, **_mesh(elements, extensible))
+    return states.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
 @verb
@@ -194,7 +210,7 @@ def shear_curves(
     scene = Scene(
         compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
     )
-    return states.shear_curves(scene, **_mesh(elements, extensible))
+    return states.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
 @verb
@@ -226,7 +242,7 @@ def saddle(
     if scene.planar:
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     scene = replace(scene, start="U+S-")
-    problem, start = states.named(scene, **_mesh(elements, extensible))
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
     passed, point = states.landing(problem, start, angle, 1, steps)
     if point is None or point.index != 1 or angle > passed[0].point.parameter:
         fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
@@ -245,7 +261,7 @@ def skipping_bound(
 
     Parameters and errors as in `saddle`.
     """
-    mesh = _mesh(elements, extensible)
+    mesh = checked_mesh(elements, extensible)
     upward = replace(scene, start="U+S+", rate=1.0, stop=None)
     problem, start = states.named(upward, **mesh)
     found = ramp_folds(problem, start, upward, steps)

@@ -9,6 +9,7 @@ from .verbs import (
     closed_form_fold,
     equilibria,
     folds,
+    frequencies,
     normal_forms,
     simulate,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "closed_form_fold",
     "equilibria",
     "folds",
+    "frequencies",
     "normal_forms",
     "simulate",
 ]

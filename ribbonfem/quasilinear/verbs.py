@@ -12,6 +12,7 @@ from ribbonfem.closed_form import (
 )
 from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
@@ -28,6 +29,7 @@ __all__ = [
     "closed_form_fold",
     "equilibria",
     "folds",
+    "frequencies",
     "normal_forms",
     "simulate",
 ]
@@ -64,6 +66,16 @@ def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
     """
     problem = Statics(scene, elements)
     return ramp_normal_forms(problem, problem.start(), scene)
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem = Statics(scene, elements)
+    return natural_frequencies(problem, equilibrium(problem, problem.start(), 0.0)[0], 0.0, count)
 
 
 @verb

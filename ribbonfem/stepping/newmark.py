@@ -31,9 +31,12 @@ from ribbonfem.scene import Scene, shown
 from ribbonfem.values import handed_over
 
 from . import beam_kernels as kernels
+from . import tableaus
+from .tableaus import Tableau
 
 ENERGIES = ("kinetic", "elastic", "dissipated", "work")
 METHODS = ("tr-bdf2", "generalised-alpha", "newmark", "implicit-euler")
+UNTIL = ("end", "snap")
 
 # Newton stops when what it would still change in any position (L) and angle (rad) is below this;
 # convergence is quadratic, so that two increments d0, d1 foretell the next, d1^3 / d0^2
@@ -52,7 +55,8 @@ class Method:
 
     One-stage methods are of the form r1 = r + h v + h^2 (r0 A + r1 A1), v1 = v + h (v0 A + v1 A1)
     with (1 - alpha_m) A1 + alpha_m A = (1 - alpha_f) a1 + alpha_f a, A the auxiliary
-    acceleration; `error` (two factors of h^2 A, h^2 A1) is the leading local error of r.
+    acceleration; `error` (two factors of h^2 A, h^2 A1) is the leading local error of r.  Others
+    have a `tableau`.
     """
 
     name: str
@@ -63,6 +67,7 @@ class Method:
     alpha_f: float = 0.0
     error: tuple[float, float] = (0.0, 0.0)
     project: bool = False
+    tableau: Tableau | None = None
 
     def as_scheme(self) -> kernels.Scheme:
         """The same for the kernel."""
@@ -118,41 +123,43 @@ def generalised_alpha(spectral_radius: float = 0.8) -> Method:
     )
 
 
-def tr_bdf2() -> Method:
-    """TR-BDF2, L-stable, with the embedded estimate of M. E. Hosea & L. F. Shampine.
-
-    Appl. Numer. Math. 20 (1996) 21.
-    """
-    return Method("tr-bdf2", 2)
-
-
 def implicit_euler() -> Method:
     """The backward Euler rule, of order 1; its damping is its own, not the scene's."""
-    return Method("implicit-euler", 1, (0.0, 1.0), (0.0, 1.0), error=(0.0, 0.5))
+    return Method(
+        "implicit-euler",
+        1,
+        (0.0, 1.0),
+        (0.0, 1.0),
+        error=(0.0, 0.5),
+        tableau=tableaus.implicit_euler(),
+    )
 
 
-def method_of(name: str, spectral_radius: float | None = None) -> Method:
-    """The method of this name; `spectral_radius` belongs to "generalised-alpha" alone."""
-    choice("method", name, METHODS)
+def _of_tableau(tableau: Tableau) -> Method:
+    return Method(tableau.name, tableau.order, tableau=tableau)
+
+
+def method_of(name: str, spectral_radius: float | None = None, methods: tuple[str, ...] = METHODS) -> Method:
+    """The method of this name, one of `methods`; `spectral_radius` belongs to "generalised-alpha" alone."""
+    choice("method", name, methods)
     if name == "generalised-alpha":
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
         raise PolicyError(
             f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not {name!r}"
         )
-    makers: dict[str, Callable[[], Method]] = {
-        "newmark": newmark,
-        "tr-bdf2": tr_bdf2,
-        "implicit-euler": implicit_euler,
-    }
-    return makers[name]()
+    if name == "newmark":
+        return newmark()
+    if name == "implicit-euler":
+        return implicit_euler()
+    return _of_tableau(tableaus.TABLEAUS[name]())
 
 
 @dataclass(frozen=True)
 class Control:
     """How to step: the method, a fixed `step` (s) or a `tolerance` (L), and when to end.
 
-    `until` is "end" or "snap", soon after the height first changes sign, once it has been further from
+    `until` is "end", "snap", soon after the height first changes sign, once it has been further from
     zero than `departed` (L).
     """
 
@@ -176,8 +183,10 @@ class Control:
         until: str,
         spectral_radius: float | None,
         default_tolerance: float,
+        methods: tuple[str, ...] = METHODS,
+        untils: tuple[str, ...] = UNTIL,
     ) -> Control:
-        """Check the policy of a `simulate`.
+        """Check the policy of a `simulate`, a model of these `methods` and ends.
 
         Raises
         ------
@@ -189,10 +198,10 @@ class Control:
         if step is None:
             tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
         return cls(
-            method_of(method, spectral_radius),
+            method_of(method, spectral_radius, methods),
             None if step is None else positive("step", step),
             tolerance,
-            choice("until", until, ("end", "snap")),
+            choice("until", until, untils),
         )
 
 
@@ -382,11 +391,11 @@ def integrate(
             "rejected": int(clock[kernels.REJECTED]),
             "seconds": seconds,
         },
-        problem=full or _problem(status, scene, control),
+        problem=full or problem_of(status, scene, control),
     )
 
 
-def _problem(status: int, scene: Scene, control: Control) -> str:
+def problem_of(status: int, scene: Scene, control: Control) -> str:
     """Why the time loop ended before its end."""
     if status == kernels.STUCK:
         asked = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"

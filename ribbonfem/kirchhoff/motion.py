@@ -1,0 +1,358 @@
+"""The ribbon in motion by finite elements: a geometrically exact rod without shear.
+
+With lengths in L, forces in EI2/L^2, time in t*, c = EI2 / (EA L^2) or 0, the rod has the energy
+
+    int [ 1/2 (EI1 kappa1^2 + EI2 kappa2^2 + GJ tau^2) + n.(r' - t) - c (n.t)^2 / 2 ] ds
+
+and the inertia of r and of the rotation about the tangent (`Ribbon.rotary_inertia`): what the
+discrete rods tend to.  Bending rotations and n carry no mass and follow at the same instant.
+Damping is -nu M v on both.  Spin is balanced as in the rods and the paper, J theta''; the full
+d(J theta' t)/dt has a gyroscopic moment besides (`gyroscopic=True`), which does no work.
+
+r is continuous of degree p = 5, frames are unit quaternions at the same Gauss-Lobatto nodes,
+interpolated and normalised, so that an element that is turned has the same strains; n has its
+values at the p Gauss points, which take all integrals; the mass is lumped.  An equilibrium of
+`kirchhoff` on the same mesh is one of these equations.  The force as an unknown keeps the rod
+from locking and serves c = 0 and c > 0 alike, snap angles converge with the power 2 p = 10 of
+the mesh, and inside the elements everything is eliminated (`tangent`): six unknowns a node.
+"""
+
+from __future__ import annotations
+
+import time as clock_time
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.continuation import at_parameter, first_point, trace
+from ribbonfem.continuation.curves import steps_for
+from ribbonfem.continuation.vibration import lowest_squares
+from ribbonfem.elements.lobatto import lobatto_weights
+from ribbonfem.policy import flag, require_duration, verb, whole_number
+from ribbonfem.results import Array, History, SolverError
+from ribbonfem.scene import Scene
+from ribbonfem.stepping import newmark
+from ribbonfem.stepping.newmark import (
+    ENERGIES,
+    LARGEST_TURN,
+    NEWTON_TOLERANCE,
+    SMALLEST_STEP,
+    Control,
+    problem_of,
+)
+
+from . import loop, states, tangent
+from .problem import Frames, Statics, checked_mesh
+
+METHODS = ("esdirk4", "esdirk3", *newmark.METHODS)
+UNTIL = ("end", "snap", "decided")
+ELEMENTS, TOLERANCE = 8, 3e-5
+# 1/t*^2; the lowest frequencies squared are some hundreds
+SHIFT = 100.0
+# part of the tolerance that Newton may leave in a position
+NEWTON = 1e-2
+# rows are made in chunks of this many bytes of configurations
+_CHUNK = 8_000_000
+_warm = False
+
+
+@verb
+def simulate(
+    scene: Scene,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    method: str = "esdirk4",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    gyroscopic: bool = False,
+    every: int = 1,
+    configurations: bool = True,
+    until: str = "end",
+) -> History:
+    """The motion from rest in the start state, through the ramp and the hold.
+
+    Parameters
+    ----------
+    scene: with a `stop`, of any shear.
+    elements: an even number of at least 4; errors fall as elements^-10.
+    extensible: whether the ribbon stretches, with EA of the scene's ribbon.
+    method: "esdirk4", "esdirk3" (`stepping.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+        (trapezoidal) or "implicit-euler".
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    tolerance: of the adaptive step, the local error of positions in L, shortened while
+        the ribbon creeps (by 0.01 at most); 3e-5 if neither is given.
+    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
+        balance of the rods and of the paper.
+    every: record each `every`-th accepted step, and the last.
+    configurations: False leaves positions and directors out of the result.
+    until: "end"; "snap", soon after the height first changes sign; "decided" ends a held ribbon's
+        run once its energy is below that of every saddle that the curve of equilibria through
+        its start has at `stop`.
+
+    Returns
+    -------
+    History
+        `configurations` holds "positions" (rows, nodes, 3) in L and "normals" (rows, nodes, 3),
+        the directors m1, at the Gauss-Lobatto nodes, and "load" (rows,), the compressive force
+        along x averaged along the ribbon (EI2/L^2).
+
+    Raises
+    ------
+    SceneError
+        For a scene without `stop`, or whose start is not a stable equilibrium.
+    PolicyError
+        For a policy value that cannot be.
+    SolverError
+        If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
+    """
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, METHODS, UNTIL)
+    mesh = checked_mesh(elements, extensible)
+    whole_number("every", every, 1)
+    flag("configurations", configurations)
+    flag("gyroscopic", gyroscopic)
+    nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
+    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (loop.ROW_SIZE + 6 * nodes) / every)
+    problem, start = states.named(scene, **mesh)
+    barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
+    ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
+    policy = {
+        "elements": elements,
+        "extensible": extensible,
+        "method": method,
+        "step": step,
+        "tolerance": control.tolerance,
+        "spectral_radius": spectral_radius,
+        "gyroscopic": gyroscopic,
+        "every": every,
+        "configurations": configurations,
+        "until": until,
+    }
+    return integrate(problem, start, scene, control, ramp, policy, configurations)
+
+
+def lowest_saddle(problem: Statics, state: Frames, scene: Scene) -> float:
+    """Lowest energy of the states with one unstable direction at `stop`, on the curve through a state.
+
+    -inf if there is none: nothing is then decided early.
+    """
+    angle, steps = scene.require_stop(), steps_for(scene)
+    energies = []
+    for sign in (-1.0, 1.0):
+        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
+            ends = segment.start.parameter - angle, segment.end.parameter - angle
+            if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
+                energies.append(problem.energy(at_parameter(problem, segment, angle, steps).state))
+    return min(energies, default=-np.inf)
+
+
+def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
+    """The rod as arrays for the compiled time loop."""
+    tables, elements, p = problem.tables, problem.tables.elements, tangent.P
+    mass = np.tile(lobatto_weights(p) / elements, (elements, 1))
+    inertia = np.repeat(problem.mass[:, None], 4, axis=1)
+    inertia[:, 3] *= scene.ribbon.rotary_inertia
+    coupling = tables.weights[:, :, None] * tables.slope
+    inside = coupling[:, :, 1:p]
+    share = np.einsum("eki,eli,ei->ekl", inside, inside, 1.0 / mass[:, 1:p])
+    return tangent.Rod(
+        value=tables.value,
+        slope=tables.slope,
+        weights=tables.weights,
+        coupling=np.ascontiguousarray(coupling),
+        share=np.ascontiguousarray(share),
+        mass=mass,
+        inertia=inertia,
+        stiff=problem.stiff,
+        soft=problem.soft,
+        spin=scene.ribbon.rotary_inertia,
+        middle=len(inertia) // 2,
+    )
+
+
+def at_rest(problem: Statics, state: Frames) -> loop.Motion:
+    """The state of the time loop in an equilibrium at alpha = 0."""
+    nodes, elements = len(state.g), problem.tables.elements
+    x = np.zeros((nodes, 4))
+    x[:, :3] = problem.positions(state, 0.0)
+    # the right clamp, to the last digit
+    x[-1, :3] = problem.at(0.0).chord()
+    clock = np.zeros(loop.CLOCK_SIZE)
+    clock[loop.KINK] = 1.0
+    return loop.Motion(
+        x=x,
+        v=np.zeros_like(x),
+        a=np.zeros_like(x),
+        auxiliary=np.zeros_like(x),
+        g=state.g.copy(),
+        n=np.tile(state.force, (elements, tangent.P, 1)),
+        tangent=np.zeros((nodes, 3)),
+        turning=np.zeros((nodes, 3)),
+        clock=clock,
+    )
+
+
+def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Array:
+    """The lowest `count` angular frequencies (count,), 1/s, of small undamped motions about a state at rest.
+
+    Of the equations of motion: in a stretching rod the force does not stay constant along it.
+    """
+    rod, start = discretised(problem, scene), at_rest(problem, state)
+    memory = tangent.solver(len(rod.weights))
+    for e in range(len(rod.weights)):
+        tangent.fill_element(rod, memory, e, start.g, start.n, SHIFT, False)
+    tangent.factorise(memory)
+    inertia = rod.inertia[1:-1].ravel()
+
+    def solve(right: Array) -> Array:
+        # positions and spin carry all the mass
+        load = right.reshape(-1, 4)
+        memory.fr[1:-1], memory.fp[1:-1] = -load[:, :3], 0.0
+        memory.fp[1:-1, 0] = -load[:, 3]
+        memory.fn[:] = 0.0
+        tangent.solve(rod, memory, SHIFT)
+        return np.column_stack((memory.fr[1:-1], memory.fp[1:-1, 0])).ravel()
+
+    squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)
+    return np.asarray(np.sqrt(squares) / problem.unit)
+
+
+def scheme_of(method: newmark.Method) -> loop.Scheme:
+    """A method's coefficients for the compiled time loop."""
+    tableau = method.tableau
+    if tableau is not None:
+        power = tableau.embedded + 1.0
+        return loop.Scheme(
+            loop.DIRK, tableau.stages, tableau.a, tableau.c, tableau.error, power, *(8 * (0.0,)), False
+        )
+    return loop.Scheme(
+        loop.ONE_STAGE,
+        2,
+        np.zeros((2, 2)),
+        np.array([0.0, 1.0]),
+        np.zeros(2),
+        method.order + 1.0,
+        *method.positions,
+        *method.velocities,
+        method.alpha_m,
+        method.alpha_f,
+        *method.error,
+        method.project,
+    )
+
+
+def ramp_of(
+    scene: Scene, control: Control, *, every: int = 1, gyroscopic: bool = False, barrier: float = -np.inf
+) -> loop.Ramp:
+    """The clamp's motion and the control of steps."""
+    unit = scene.ribbon.inertial_time
+    rate, stop = scene.rate * unit, scene.require_stop()
+    turned = stop / rate
+    newton = NEWTON_TOLERANCE if control.tolerance is None else max(1e-11, NEWTON * control.tolerance)
+    return loop.Ramp(
+        rate=rate,
+        stop=stop,
+        turned=turned,
+        end=turned + scene.hold / unit,
+        damping=scene.damping * unit,
+        fixed=0.0 if control.step is None else control.step / unit,
+        tolerance=control.tolerance or 0.0,
+        largest=min(LARGEST_TURN / abs(rate), 0.1 * turned),
+        newton=newton,
+        smallest=SMALLEST_STEP,
+        snap=control.until == "snap",
+        barrier=barrier,
+        gyroscopic=gyroscopic,
+        every=every,
+    )
+
+
+class Run:
+    """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
+
+    def __init__(self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool):
+        elements = len(rod.weights)
+        self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
+        self.solver = tangent.solver(elements)
+        self.scratch = loop.scratch(elements, scheme.stages)
+        self.capacity = max(256, _CHUNK // (48 * len(motion.x)))
+        self.chunks: list[tuple[Array, Array, Array]] = []
+
+    def go(self, ramp: loop.Ramp) -> int:
+        """Run to the end or until it fails; returns the status of the compiled loop."""
+        nodes = len(self.motion.x)
+        status = loop.FULL
+        while status == loop.FULL:
+            room = self.capacity if self.kept else 0
+            rows = np.empty((self.capacity, loop.ROW_SIZE))
+            x, m1 = np.empty((room, nodes, 3)), np.empty((room, nodes, 3))
+            self.motion.clock[loop.ROWS] = 0.0
+            status = loop.run(
+                self.rod, self.scheme, ramp, self.solver, self.scratch, self.motion, rows, x, m1
+            )
+            count = int(self.motion.clock[loop.ROWS])
+            self.chunks.append((rows[:count], x[:count], m1[:count]))
+        return int(status)
+
+    def history(self, scene: Scene, policy: dict[str, Any], seconds: float) -> History:
+        """The rows so far."""
+        rows, x, m1 = (np.concatenate(parts) for parts in zip(*self.chunks, strict=True))
+        clock = self.motion.clock
+        columns = rows.T.copy()
+        kept = {"positions": x, "normals": m1} if self.kept else {}
+        return History(
+            time=columns[0] * scene.ribbon.inertial_time,
+            angle=columns[1],
+            height=columns[2],
+            slope=columns[3],
+            energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
+            configurations={**kept, "load": columns[8]},
+            stats={
+                "steps": int(clock[loop.STEPS]),
+                "newton_iterations": int(clock[loop.NEWTON]),
+                "assemblies": int(clock[loop.ASSEMBLIES]),
+                "rejected": int(clock[loop.REJECTED]),
+                "seconds": seconds,
+            },
+            scene=scene,
+            policy=policy,
+            model="kirchhoff",
+        )
+
+
+def integrate(
+    problem: Statics,
+    start: Frames,
+    scene: Scene,
+    control: Control,
+    ramp: loop.Ramp,
+    policy: dict[str, Any],
+    configurations: bool,
+) -> History:
+    """Step a rod from rest in an equilibrium through the scene's ramp and hold.
+
+    Raises
+    ------
+    SolverError
+        If the end was not reached; its `history` is what was.
+    """
+    global _warm
+    rod = discretised(problem, scene)
+    scheme = scheme_of(control.method)
+    if not _warm:
+        # compiled (or loaded) before the clock starts: one step of a short ramp
+        _warm = True
+        Run(rod, scheme, at_rest(problem, start), False).go(
+            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        )
+    run = Run(rod, scheme, at_rest(problem, start), configurations)
+    began = clock_time.perf_counter()
+    status = run.go(ramp)
+    history = run.history(scene, policy, clock_time.perf_counter() - began)
+    problem_met = problem_of(status, scene, control)
+    if problem_met:
+        where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
+        raise SolverError(f"kirchhoff: stopped at {where}: {problem_met}", history)
+    return history
