@@ -427,7 +427,8 @@ def test_refusals():
         kirchhoff.pitchforks(1.2)
     with pytest.raises(SceneError, match="sheared"):
         kirchhoff.saddle(Scene(shear=0.0, start="U+"), 0.1)
-    assert not hasattr(kirchhoff, "simulate")
+    with pytest.raises(SceneError, match="stop"):
+        kirchhoff.simulate(PATH2)
 
 
 @pytest.mark.slow
