@@ -15,6 +15,7 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 `ribbonfem`, and no mechanics.
 """
 
+import ribbonfem
 from ribbonfem.names import public
 
 from . import modes
@@ -35,5 +36,7 @@ __all__ = [
     "stable_states",
     "state",
 ]
+
+__version__ = ribbonfem.__version__
 
 __getattr__, __dir__ = public(__name__, __all__)

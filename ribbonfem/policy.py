@@ -137,6 +137,8 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "ribbon": a_ribbon,
     "extensible": flag,
     "configurations": flag,
+    "gyroscopic": flag,
+    "count": lambda name, value: whole_number(name, value, 1),
     "span": interval,
     "angle": angle,
     "unstable": lambda name, value: whole_number(name, value, 0, 1000),

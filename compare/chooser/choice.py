@@ -28,6 +28,8 @@ import der
 from ribbonfem import History, Scene, SceneError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import NormalForm
 from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
+from ribbonfem.results import Value
+from ribbonfem.values import html_table, short_policy
 
 from . import climb
 from .climb import CROSSINGS, Run, endless
@@ -48,8 +50,8 @@ _PRODUCT = 1.5e5
 _LONG, _FOLDS_SECONDS = 1.5e4, 1.0
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, repr=False, eq=False)
+class Answer(Value):
     """One number of a scene, and what may be wrong with it.
 
     Attributes
@@ -71,9 +73,18 @@ class Answer:
     runs: tuple[Run, ...]
     history: History | None
 
+    def __repr__(self) -> str:
+        found = "no such instant" if self.value is None else f"{self.value:.9g} rad"
+        kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
+        return f"Answer({found}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
-@dataclass(frozen=True)
-class Choice:
+    def _repr_html_(self) -> str:
+        rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]
+        return html_table(repr(self), ("model", "policy", "angle (rad)", "CPU s"), rows)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Choice(Value):
     """The cheapest way to a number that meets a tolerance.
 
     Attributes
@@ -99,6 +110,13 @@ class Choice:
     reason: str
     value: float | None = None
     motion: bool = False
+
+    def __repr__(self) -> str:
+        value = "" if self.value is None else f", {self.value:.9g} rad"
+        return (
+            f"Choice({self.model!r}{value} for {self.quantity!r} to {self.tolerance:g} rad; expected error "
+            f"{self.estimate:.1e}, {self.seconds:.2g} s;\n  {self.reason})"
+        )
 
     def run(self) -> Answer:
         """Do what was chosen.

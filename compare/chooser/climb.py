@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,6 +24,7 @@ import numpy as np
 
 import der
 from ribbonfem import Fold, History, Scene, SceneError, SolverError, elastica
+from ribbonfem.results import Value
 
 from .laws import RibbonLaws, beam_units
 
@@ -50,18 +51,18 @@ _RATTLE = 4.0
 _RATTLED = 151
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, eq=False)
+class Run(Value):
     """A run on the way to an answer: model and policy, the angle found (rad, None: no snap), CPU seconds."""
 
     model: str
-    policy: dict[str, Any]
+    policy: Mapping[str, Any]
     value: float | None
     seconds: float
 
 
-@dataclass(frozen=True)
-class Settled:
+@dataclass(frozen=True, eq=False)
+class Settled(Value):
     """Where refinement came to.
 
     Attributes

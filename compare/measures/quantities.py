@@ -20,7 +20,7 @@ import der
 from der import motion
 from ribbonfem import History, Scene, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.policy import PolicyError
-from ribbonfem.results import Array, Fold
+from ribbonfem.results import Array, Fold, Value
 from ribbonfem.stepping.newmark import METHODS as BEAM_METHODS
 from ribbonfem.stepping.newmark import method_of
 
@@ -130,8 +130,8 @@ def order_of(name: str, over: str, policy: Mapping[str, Any]) -> float | None:
     return None
 
 
-@dataclass(frozen=True)
-class Shape:
+@dataclass(frozen=True, eq=False)
+class Shape(Value):
     """A configuration: arclength (points,) of material points in [0, 1] and positions (points, 3) in L."""
 
     s: Array
@@ -203,8 +203,8 @@ def balance_of(history: History) -> float:
     return float(np.abs(total - total[0]).max())
 
 
-@dataclass(frozen=True)
-class Rest:
+@dataclass(frozen=True, eq=False)
+class Rest(Value):
     """A start state at alpha = 0: its shape, elastic energy (EI2/L) and z(1/2)/L."""
 
     shape: Shape

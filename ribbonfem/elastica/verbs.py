@@ -85,7 +85,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible:
 
     Parameters and errors as in `folds`.
     """
-    problem = Statics(scene, elements, extensible)
+    problem = _problem(scene, elements, extensible)
     return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 

@@ -42,8 +42,8 @@ DIRK, ONE_STAGE = 0, 1
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON, REJECTED, ROWS = range(10)
-MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS = range(10, 21)
-CLOCK_SIZE = 21
+MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY = range(10, 22)
+CLOCK_SIZE = 22
 # columns of `rows`
 ROW_SIZE = 9  # time, angle, height, slope, kinetic, elastic, dissipated, work, load
 
@@ -730,7 +730,8 @@ def run(
             continue
         nominal = 0.0
         if ramp.fixed > 0.0:
-            nominal = (end - start) / np.ceil((end - start) / ramp.fixed - 1e-9)
+            # at least one step, of however long a one is asked for
+            nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)
@@ -815,7 +816,9 @@ def run(
             clock[WORK] += 0.5 * (angle - angle0) * (clock[MOMENT] + moment)
             clock[DISSIPATED] += 0.5 * h * (clock[POWER] + power)
         clock[MOMENT], clock[POWER] = moment, power
-        clock[TIME] = target
+        # what rounding leaves of the sum of many equal steps is carried on: they are to land on the end
+        clock[TIME] = target if landed else time + (h + clock[CARRY])
+        clock[CARRY] = 0.0 if landed else (h + clock[CARRY]) - (clock[TIME] - time)
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
         if not landed or ramp.fixed > 0.0:

@@ -22,7 +22,7 @@ from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
-from . import states
+from . import plane, states
 from .motion import vibrations
 from .problem import Frames, Statics, checked_mesh
 from .states import Pitchforks, ShearCurve
@@ -121,6 +121,21 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible:
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     return vibrations(problem, start, scene, count)
+
+
+@verb
+def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    That of the first branch point across the plane, along the curve from alpha = 0 in the direction
+    of the scene's rate, to its `stop` or to the fold.  Parameters and errors as in `folds`.
+
+    Returns
+    -------
+    NaN where it does not lose it.
+    """
+    scene.require_planar("leaves_plane")
+    return plane.leaves_plane(scene, **checked_mesh(elements, extensible))
 
 
 @verb
