@@ -50,9 +50,9 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
-NEWTON = 1e-2
-# rows are made in chunks of this many bytes of configurations
-_CHUNK = 8_000_000
+NEWTON = 1e-3
+# rows that are allocated at a time
+ROWS = 512
 _warm = False
 
 
@@ -275,7 +275,7 @@ class Run:
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
         self.solver = tangent.solver(elements)
         self.scratch = loop.scratch(elements, scheme.stages)
-        self.capacity = max(256, _CHUNK // (48 * len(motion.x)))
+        self.capacity = ROWS
         self.chunks: list[tuple[Array, Array, Array]] = []
 
     def go(self, ramp: loop.Ramp) -> int:
