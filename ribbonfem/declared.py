@@ -1,4 +1,4 @@
-"""What a model declares of itself, so that nobody has to know it: mesh, orders, methods, unknowns, defaults."""
+"""What a model declares of itself, so that nobody has to know it: mesh, orders, methods, unknowns."""
 
 from __future__ import annotations
 

@@ -587,8 +587,8 @@ def _stage(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, f
                 )
                 t.vp[node, c] = y.v[node, c] + h * (m.v0 * y.auxiliary[node, c] + m.v1 * known)
             for c in range(3):
-                t.tp[node, c] = y.tangent[node, c] + h * m.v0 * y.turning[node, c]
-        return m.r1 * h * h * share, m.v1 * h * share, h * m.v1
+                t.tp[node, c] = y.tangent[node, c] + 0.5 * h * y.turning[node, c]
+        return m.r1 * h * h * share, m.v1 * h * share, 0.5 * h
     diagonal = h * m.a[i, i]
     for node in range(1, nodes - 1):
         for c in range(4):

@@ -52,7 +52,7 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
-NEWTON = 1e-2
+NEWTON = 1e-3
 # rows are made in chunks of this many bytes of configurations
 _CHUNK = 4_000_000
 _warm = False

@@ -1,0 +1,94 @@
+"""Ribbons in motion by two models that share no mechanics: random scenes, refined until they agree."""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import der
+from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
+
+SEED = 20261127
+# what a rods' limit may be in doubt by and still be a reference, rad
+DOUBT = 1e-5
+
+
+def drawn(count):
+    """Scenes whose start state exists, from SEED."""
+    rng = np.random.default_rng(SEED)
+    scenes = []
+    while len(scenes) < count:
+        rate = float(10 ** rng.uniform(np.log10(0.05), np.log10(5.0)))
+        compression = float(rng.uniform(0.28, 0.48))
+        path, side = str(rng.choice(["S+", "S-"])), float(rng.choice([-1.0, 1.0]))
+        ribbon = Ribbon(
+            thickness=float(10 ** rng.uniform(np.log10(0.004), np.log10(0.02))),
+            width=float(rng.uniform(0.1, 0.4)),
+        )
+        scene = Scene(
+            compression=compression,
+            shear=float(rng.choice([-1.0, 1.0]) * rng.uniform(0.9, 1.05) * (compression + 0.01)),
+            # under a falling angle the mirror image of a state takes the same way
+            start=("U+" if side > 0 else "U-") + path,
+            rate=side * rate,
+            damping=float(rng.uniform(0.0, 10.0)),
+            ribbon=ribbon,
+        )
+        try:
+            folds = kirchhoff.folds(scene, elements=8)
+        except (SceneError, SolverError):
+            continue
+        if folds:
+            # far enough for fast and overdamped ramps
+            stop = side * min(2.5, abs(folds[-1].angle) + 0.3 + 0.4 * rate**0.8)
+            scenes.append(replace(scene, stop=stop))
+    return scenes
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A snap's angle and how far it is in doubt, both in rad."""
+
+    value: float
+    doubt: float
+
+
+def snaps(history):
+    """Angles of the changes of sign of t_z(1/2) (from S+) and of z(1/2); NaN where there is none."""
+    found = [history.crossing("height")]
+    if history.scene.start.endswith("S+"):
+        found.insert(0, history.crossing("slope"))
+    return np.array([np.nan if value is None else value[1] for value in found])
+
+
+def rods_limit(scene):
+    """Richardson's limit of N = 101, 201, 401, with the difference of the last two as doubt."""
+    runs = [
+        snaps(der.simulate(scene, nodes=n, tolerance=1e-7, configurations=False, until="snap"))
+        for n in (101, 201, 401)
+    ]
+    first, second = (b + (b - a) / 3 for a, b in pairwise(runs))
+    return [Limit(v, d) for v, d in zip(second, abs(second - first), strict=True)]
+
+
+def elements_limit(scene):
+    """12 elements at a tight tolerance; the doubt is the difference from 8 at a looser one."""
+    policy = {"extensible": True, "configurations": False, "until": "snap"}
+    fine = snaps(kirchhoff.simulate(scene, elements=12, tolerance=3e-7, **policy))
+    other = snaps(kirchhoff.simulate(scene, elements=8, tolerance=1e-6, **policy))
+    return [Limit(v, d) for v, d in zip(fine, abs(fine - other), strict=True)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(20))
+def test_elements_and_rods_have_one_limit(index):
+    scene = drawn(20)[index]
+    rods, elements = rods_limit(scene), elements_limit(scene)
+    for a, b in zip(rods, elements, strict=True):
+        apart = abs(a.value - b.value)
+        print(f"{index}: rods {a.value:.7f} +- {a.doubt:.0e}, elements {b.value:.7f} +- {b.doubt:.0e}")
+        assert np.isnan(a.value) == np.isnan(b.value), scene
+        if not np.isnan(a.value):
+            # a settled limit is met to 2e-5, one in doubt within the doubts
+            assert apart <= (2e-5 if a.doubt < DOUBT else a.doubt + b.doubt), scene
