@@ -9,6 +9,7 @@ from typing import Any
 
 import der
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
+from ribbonfem.declared import Declared
 
 MODELS: dict[str, ModuleType] = {
     "quasilinear": quasilinear,
@@ -16,8 +17,9 @@ MODELS: dict[str, ModuleType] = {
     "kirchhoff": kirchhoff,
     "der": der,
 }
-# the keyword of the mesh
-MESH = {"quasilinear": "elements", "elastica": "elements", "kirchhoff": "elements", "der": "nodes"}
+# what each says of itself, and the keyword of its mesh
+DECLARED: dict[str, Declared] = {name: model.DECLARED for name, model in MODELS.items()}
+MESH = {name: declared.mesh for name, declared in DECLARED.items()}
 
 _warm: set[str] = set()
 

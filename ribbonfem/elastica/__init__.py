@@ -2,6 +2,7 @@
 
 from ribbonfem.names import public
 
+from .declared import DECLARED
 from .verbs import (
     equilibria,
     folds,
@@ -12,6 +13,7 @@ from .verbs import (
 )
 
 __all__ = [
+    "DECLARED",
     "equilibria",
     "folds",
     "frequencies",

@@ -2,6 +2,7 @@
 
 from ribbonfem.names import public
 
+from .declared import DECLARED
 from .motion import simulate
 from .verbs import (
     Pitchforks,
@@ -21,6 +22,7 @@ from .verbs import (
 )
 
 __all__ = [
+    "DECLARED",
     "Pitchforks",
     "RestState",
     "ShearCurve",

@@ -2,6 +2,7 @@
 
 from ribbonfem.names import public
 
+from .declared import DECLARED
 from .verbs import (
     ClosedFormBranch,
     ClosedFormFold,
@@ -15,6 +16,7 @@ from .verbs import (
 )
 
 __all__ = [
+    "DECLARED",
     "ClosedFormBranch",
     "ClosedFormFold",
     "closed_form_branch",

@@ -20,6 +20,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -153,6 +154,11 @@ def method_of(name: str, spectral_radius: float | None = None, methods: tuple[st
     if name == "implicit-euler":
         return implicit_euler()
     return _of_tableau(tableaus.TABLEAUS[name]())
+
+
+# order in the step of every method of the beams, all of which have adaptive steps too
+ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
+ADAPTIVE = METHODS
 
 
 @dataclass(frozen=True)
