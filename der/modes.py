@@ -138,7 +138,13 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     dict
         "first snap" (t_z = 0), "second snap" (z = 0), "first minimum" (of z, after the
         first snap), "alpha_c1", "alpha_c2", ... and "end"; None where the run did not come to it.
+
+    Raises
+    ------
+    ValueError
+        For folds of another compression, shear, ribbon, model or mesh; a bare `Fold` is taken.
     """
+    require_folds_of(history, folds)
     found: dict[str, Instant | None] = {}
     for key, quantity in (("first snap", "slope"), ("second snap", "height")):
         snap = history.crossing(quantity)

@@ -37,14 +37,17 @@ _CLOSE = 0.02
 def planar(rod: Rod) -> RodState:
     """A guess for the planar state U+ at the scene's compression: tangent angle a sin(2 pi s).
 
-    J0(a) = 1 - dL/L makes it inextensible with the right chord; it is the elastica to first
-    order in a.
+    J0(a) makes the chord of what does not stretch, and the edges are as long as Euler's load leaves
+    them; it is the elastica to first order in a.
     """
-    amplitude = brentq(lambda a: j0(a) - 1.0 + rod.scene.compression, 0.0, 3.83)
+    # the stretch takes up what it does at Euler's load
+    bent = rod.scene.compression - min(rod.scene.ribbon.euler_shortening, 0.999 * rod.scene.compression)
+    amplitude = brentq(lambda a: j0(a) - 1.0 + bent, 0.0, 3.83)
     middles = 0.5 * (rod.arclength[1:] + rod.arclength[:-1])
     phi = amplitude * np.sin(2.0 * np.pi * middles)
     phi[[0, -1]] = 0.0
     edges = rod.rest * np.column_stack((np.cos(phi), np.zeros_like(phi), np.sin(phi)))
+    edges *= (1.0 - rod.scene.compression) / (1.0 - bent)
     x = np.zeros((rod.nodes, 3))
     x[0, 0] = rod.arclength[0]
     x[1:] = x[0] + np.cumsum(edges, axis=0)

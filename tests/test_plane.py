@@ -131,3 +131,29 @@ def test_a_flat_ribbon_is_no_buckled_one(thickness):
         above = Scene(compression=1.05 * least, shear=0.0, start="U+", ribbon=ribbon)
         (fold,) = elastica.folds(above, extensible=True)
         assert 0.0 < fold.height < 0.6 * math.sqrt(above.compression)
+
+
+@pytest.mark.parametrize("thickness", [0.001, 0.01, 0.05, 0.15])
+@pytest.mark.parametrize("start", ["U+", "U-"])
+def test_just_above_eulers_load(thickness, start):
+    """z(1/2) = (2 / pi) sqrt(dL - dL_Euler) to leading order, on the side asked for, or a refusal."""
+    ribbon = Ribbon(thickness=thickness, bending_ratio=400.0, twist_ratio=1.4562)
+    sign = 1.0 if start == "U+" else -1.0
+    for above in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5):
+        compression = ribbon.euler_shortening * (1.0 + above)
+        scene = Scene(
+            compression=compression, shear=0.0, start=start, rate=0.1, stop=1e-3 * compression, ribbon=ribbon
+        )
+        height = 2.0 / math.pi * math.sqrt(compression - ribbon.euler_shortening)
+        expected = pytest.approx(sign * height, rel=0.04)
+        assert kirchhoff.state(scene, extensible=True).height == expected
+        if above > 1e-5:
+            assert elastica.simulate(scene, extensible=True).height[0] == expected
+        else:
+            # the beam of ten elements has an Euler's load of its own
+            try:
+                assert sign * elastica.simulate(scene, extensible=True).height[0] > 0.5 * height
+            except SceneError as error:
+                assert "stays flat" in str(error)  # noqa: PT017
+        if above > 3e-3:
+            assert der.state(scene, nodes=101).height == expected

@@ -22,6 +22,7 @@ from ribbonfem.continuation import Steps
 from .registry import Question
 
 COMPRESSIONS = (0.05, 0.10, 0.20, 0.25, 0.30, 0.35, 0.40)
+# its ratios follow, 4e4 and 1.499; planar folds do not depend on them
 THIN = Ribbon(thickness=1e-3)
 DRAWN = (0.20, 0.25, 0.30, 0.35, 0.40)
 # steps short enough for a polyline to look like a curve

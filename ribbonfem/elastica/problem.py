@@ -80,12 +80,13 @@ class Statics:
         self.weight[mesh.degree - 1 : mesh.count - 2 : mesh.degree] = PARAMETER_WEIGHT / mesh.elements
 
     def start(self) -> _State:
-        """The inextensible buckled beam at alpha = 0, Euler's clamped elastica."""
+        """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
         phi = np.zeros(self.mesh.count)
         nodes = np.linspace(0.0, 1.0, self.mesh.elements + 1)
-        phi[:: self.mesh.degree] = euler.tangent_angle(1.0 - self.chord, nodes)
+        bent = euler.bent(1.0 - self.chord, self.compliance)
+        phi[:: self.mesh.degree] = euler.tangent_angle(bent, nodes)
         phi[-1] = 0.0
-        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(1.0 - self.chord)[1] ** 2, 0.0]))
+        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]))
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
         """Move the free angles and the force, and turn the clamp to `parameter`."""

@@ -9,7 +9,7 @@ from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.newmark import Control, integrate
 
 from . import sideways
@@ -22,10 +22,27 @@ TOLERANCE = 3e-6
 
 
 def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
-    """The equations of a beam that buckles."""
+    """The equations of a beam that buckles.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a sheared scene, one that its stretch keeps flat, a mesh that cannot be.
+    """
     problem = Statics(scene, elements, extensible)
-    if extensible:
-        scene.require_buckled()
+    if not extensible:
+        return problem
+    scene.require_buckled()
+    above = scene.compression - scene.ribbon.euler_shortening
+    if above < 1e-3 * scene.compression:
+        # this close a mesh may be below its own Euler's load
+        state, _ = equilibrium(problem, problem.start(), 0.0)
+        height = problem.observe(state, 0.0)[0]
+        if not problem.side * height > 0.1 * above**0.5:
+            raise SceneError(
+                f"Scene.compression = {scene.compression!r}: so close above Euler's load, "
+                f"{scene.ribbon.euler_shortening!r}, the beam of {problem.mesh.elements} elements stays flat"
+            )
     return problem
 
 

@@ -123,7 +123,11 @@ class Statics:
         return replace(self.clamps, **{self.vary: parameter})
 
     def buckled(self, compression: float) -> Frames:
-        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form."""
+        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
+
+        Of a rod that stretches, the one whose stretch is that of Euler's load all along.
+        """
+        compression = euler.bent(compression, self.soft)
         period = 4.0 * euler.pendulum(compression)[1]
         sine = np.sin(0.5 * euler.tangent_angle(compression, self.tables.nodes))
         g = np.zeros((len(sine), 4))

@@ -265,6 +265,8 @@ def _stable(found: dict[str, tuple[Frames, int]]) -> list[str]:
 
 
 def _in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
+    if extensible:
+        scene.require_buckled()
     clamps = Clamps(0.0, scene.compression, 0.0)
     return Statics(scene.ribbon, clamps, "shear", elements=elements, extensible=extensible)
 
@@ -285,8 +287,6 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
         If it is not a stable equilibrium there; the message names those that are.
     """
     scene.require_isolated()
-    if extensible:
-        scene.require_buckled()
     sheared = _in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
     found = families(sheared, shear)
