@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ribbonfem import Ribbon, Scene, SceneError, kirchhoff
-from ribbonfem.scene import POISSON, torsion
+from ribbonfem.ribbon import POISSON, torsion
 
 
 def test_the_papers_section_has_the_papers_ratios():

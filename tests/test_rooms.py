@@ -13,7 +13,9 @@ FILES = {
     for path in (ROOT / room).rglob("*.py")
 }
 # what stands to the left of each room: a room may import from these, and from itself
-PROBLEM = {f"ribbonfem.{n}" for n in ("scene", "results", "values", "policy", "image", "names", "growing")}
+PROBLEM = {
+    f"ribbonfem.{n}" for n in ("ribbon", "scene", "results", "values", "policy", "image", "names", "growing")
+}
 PROBLEM |= {"ribbonfem.declared"}
 GENERIC = ("compiled", "elements", "closed_form", "continuation", "stepping", "delay")
 MATHEMATICS = {f"ribbonfem.{n}" for n in GENERIC}

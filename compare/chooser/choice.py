@@ -31,7 +31,7 @@ from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import Value
 from ribbonfem.values import html_table, short_policy
 
-from . import climb
+from . import at_rest, climb
 from .climb import CROSSINGS, Run, endless
 from .laws import Laws, beam_units, shipped
 
@@ -349,7 +349,7 @@ def _climbed(plan: Choice, first: int = 1) -> climb.Settled:
 def _static(plan: Choice) -> climb.Settled:
     """The last fold of finite elements."""
     model: Any = {"kirchhoff": kirchhoff, "elastica": elastica}[plan.model]
-    value, error, runs, _ = climb.folds(plan.model, model.folds, plan.scene, plan.tolerance)
+    value, error, runs, _ = at_rest.folds(plan.model, model.folds, plan.scene, plan.tolerance)
     return climb.Settled(value, error, False, runs, None)
 
 
@@ -374,7 +374,7 @@ def _slow(plan: Choice) -> climb.Settled:
 def _predicted(plan: Choice) -> climb.Settled | None:
     """The second snap of a slow Path 2 without a run; None where statics do not make it certain enough."""
     scene = replace(plan.scene, stop=None)
-    fold, doubt, runs, folds = climb.folds("kirchhoff", kirchhoff.folds, scene, 0.3 * plan.tolerance)
+    fold, doubt, runs, folds = at_rest.folds("kirchhoff", kirchhoff.folds, scene, 0.3 * plan.tolerance)
     if fold is None or len(folds) != 2 or kirchhoff.skipping_bound(scene, extensible=True) >= 0.0:
         return None
     # the product of the normal form needs no more than a coarse mesh

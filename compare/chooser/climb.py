@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import der
-from ribbonfem import Fold, History, Scene, SceneError, SolverError, elastica
+from ribbonfem import History, Scene, SceneError, SolverError, elastica
 from ribbonfem.results import Value
 
 from .laws import RibbonLaws, beam_units
@@ -36,13 +36,6 @@ SCATTER = 0.02
 _FORGOTTEN = 12.0
 # meshes and tolerances of the elastica, each to be checked by the next
 BEAMS = ((8, 1e-5), (12, 3e-6), (16, 1e-6), (24, 3e-7), (32, 1e-7))
-# meshes of the elements at rest, each to be checked by the next: the second is the model's default
-AT_REST = {
-    "elastica": (32, 48, 64, 96, 128, 192, 256),
-    "kirchhoff": (24, 32, 48, 64, 96, 128, 192, 256),
-}
-# elements at which a start that none of the coarser meshes has is given up
-_HOPELESS = 64
 # how far beyond the stop, in rad, to look for a snap that may belong before it
 _BEYOND = 0.3
 # a rattle converges less evenly: its estimates are multiplied by this
@@ -126,7 +119,7 @@ def timed(
     return Run(name, policy, _angle(history, quantity), time.process_time() - begin), history
 
 
-def _apart(a: float | None, b: float | None) -> float:
+def apart(a: float | None, b: float | None) -> float:
     """Distance of two angles; none at all if both are missing, an infinite one if one is."""
     if a is None or b is None:
         return 0.0 if a is b else math.inf
@@ -246,7 +239,7 @@ def _finer_in_time(climbing: _Rods, tolerance: float, bound: float) -> tuple[_Ro
         again.add(climbing.meshes[0])
         if not again.values:
             break
-        moved = _apart(climbing.values[0], again.values[0])
+        moved = apart(climbing.values[0], again.values[0])
         if 2.0 * moved <= tolerance / 3.0:
             return climbing, 2.0 * moved, done + again.runs
         # the error falls as the tolerance to the power 2/3: by 4.6, and what is left is 0.28 of the move
@@ -296,7 +289,7 @@ def rods(
             # the same mesh again with smaller errors in time: what the rattle makes of them
             again = _Rods(whole, quantity, _tenth(climbing.tolerance), configurations)
             again.add(climbing.meshes[0])
-            moved = _apart(climbing.values[0], again.values[0]) if again.values else math.inf
+            moved = apart(climbing.values[0], again.values[0]) if again.values else math.inf
             error_in_time = max(error_in_time, 2.0 * moved)
             if 4.0 * moved <= tolerance:
                 done += again.runs
@@ -326,56 +319,6 @@ def rods(
         climbing.add(ladder.pop(0))
 
 
-def folds(
-    name: str, of: Callable[..., tuple[Fold, ...]], scene: Scene, tolerance: float
-) -> tuple[float | None, float, tuple[Run, ...], tuple[Fold, ...]]:
-    """The last fold of a slow ramp by finer and finer elements, until two meshes agree to a tolerance.
-
-    Parameters
-    ----------
-    name, of: of a model, and its `folds`.
-
-    Returns
-    -------
-    The angle (None where there is no fold), its distance to that of the mesh before, the runs, and the
-    finest mesh's folds.
-
-    Raises
-    ------
-    SceneError, SolverError
-        If no mesh gives an answer.
-    """
-    runs: list[Run] = []
-    found: list[tuple[Fold, ...]] = []
-    failure: Exception | None = None
-    error = math.inf
-    for elements in AT_REST[name]:
-        policy = {"elements": elements, "extensible": True}
-        begin = time.process_time()
-        try:
-            found.append(of(scene, **policy))
-        except (SceneError, SolverError) as raised:
-            # a mesh too coarse for the start, or for the curve, says nothing of a finer one
-            failure = raised
-            runs.append(Run(name, policy, None, time.process_time() - begin))
-            if elements >= _HOPELESS and not found:
-                break
-            continue
-        angle = found[-1][-1].angle if found[-1] else None
-        runs.append(Run(name, policy, angle, time.process_time() - begin))
-        if len(found) > 1:
-            error = math.inf if len(found[-1]) != len(found[-2]) else _apart(*(_last(f) for f in found[-2:]))
-        if error <= tolerance:
-            break
-    if not found:
-        raise failure or SolverError(f"{name}: no mesh gave a fold")
-    return _last(found[-1]), error, tuple(runs), found[-1]
-
-
-def _last(folds: tuple[Fold, ...]) -> float | None:
-    return folds[-1].angle if folds else None
-
-
 def beams(scene: Scene, tolerance: float) -> Settled:
     """Run the extensible elastica on finer and finer meshes until its snap has settled to a tolerance.
 
@@ -389,7 +332,7 @@ def beams(scene: Scene, tolerance: float) -> Settled:
         policy = {"elements": elements, "extensible": True, "tolerance": local, "until": "snap"}
         run, history = timed("elastica", elastica.simulate, whole, "snap", policy)
         if runs:
-            error = _apart(runs[-1].value, run.value)
+            error = apart(runs[-1].value, run.value)
         runs.append(run)
         if error <= tolerance:
             break

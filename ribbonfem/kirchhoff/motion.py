@@ -33,8 +33,8 @@ from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import newmark
+from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
-    ENERGIES,
     LARGEST_TURN,
     NEWTON_TOLERANCE,
     SMALLEST_STEP,

@@ -22,10 +22,10 @@ from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
-from . import plane, states
+from . import plane, shear, states
 from .motion import vibrations
 from .problem import Frames, Statics, checked_mesh
-from .states import Pitchforks, ShearCurve
+from .shear import Pitchforks, ShearCurve
 
 __all__ = [
     "Pitchforks",
@@ -207,7 +207,7 @@ def pitchforks(
     scene = Scene(
         compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
     )
-    return states.pitchforks(scene, **checked_mesh(elements, extensible))
+    return shear.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
 @verb
@@ -225,7 +225,7 @@ def shear_curves(
     scene = Scene(
         compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
     )
-    return states.shear_curves(scene, **checked_mesh(elements, extensible))
+    return shear.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
 @verb
