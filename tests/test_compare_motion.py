@@ -1,6 +1,7 @@
 import numpy as np
 
-from compare.questions import cases, delay, speed
+from compare.questions import delay, speed
+from compare.questions.cases import question as cases
 from compare.questions.registry import publish
 from compare.sweep import Sweep
 
@@ -9,7 +10,7 @@ def test_delay_against_theory(tmp_path):
     found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
     section, _ = publish(delay.QUESTION, found, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
-    assert len(cells) == 18
+    assert len(cells) == 24
     for cell in cells.values():
         assert cell["measured"] is not None, cell
     # models that share no mechanics agree on the delay of a slow ramp
@@ -42,14 +43,14 @@ def test_a_case_is_settled_and_a_sensitive_one_would_be_named():
     limit, uncertainty = verdict.second
     assert abs(limit - verdict.runs[1].second) < 0.02
     assert 0 < uncertainty < 5e-3
-    runs = [cases.Run("a", kind, None, None, "", 0.0) for kind in ("type 1", "type 2", "type 2")]
+    runs = [cases.CaseRun("der", "a", kind, None, None, "", 0.0) for kind in ("type 1", "type 2", "type 2")]
     assert len({run.outcome for run in runs}) > 1
 
 
 def test_selection_ends_in_the_papers_states():
     for case in cases.CASES:
         if case.kind == "selection" and case.scene.damping >= 10.0 and case.scene.rate >= 1.0:
-            run, _ = cases._one(case, "", {"nodes": 31, "tolerance": 1e-4})
+            run, _ = cases._one(case, "", "der", {"nodes": 31, "tolerance": 1e-4})
             assert run.outcome == case.paper, (case.label, run)
 
 

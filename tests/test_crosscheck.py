@@ -32,6 +32,13 @@ def test_every_model_is_near_the_closed_form(section):
         assert abs(limits[compression, "DER, limit"] - limits[compression, "elastica FEM, EA"]) < 5e-6
 
 
+def test_a_ribbon_snaps_alike_in_both_models(section):
+    snaps = {row["model"]: row["difference"] for row in section[0].values["snaps"]}
+    # the extrapolation of the rods is good to some 1e-5 there
+    assert abs(snaps["Kirchhoff, 8 elements"]) < 2e-5
+    assert abs(snaps["DER, N = 101"]) > 1e-4
+
+
 def test_report_is_self_contained(section):
     text = section[1].read_text(encoding="utf-8")
     assert "data:image/png;base64," in text
