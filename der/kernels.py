@@ -420,7 +420,7 @@ GROWTH = 0.25
 
 # columns of `rows`
 ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
-ROW_SIZE = 8
+ROW_LOAD, ROW_SIZE = 8, 9
 
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a
@@ -781,6 +781,13 @@ def _record(rod, motion, s, ramp, rows, row_x, row_m1):
     rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
     rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
     rows[row, ROW_WORK] = clock[WORK]
+    # the compressive force along x, averaged over the free edges
+    force, load = 0.0, 0.0
+    for i in range(nodes - 1, 1, -1):
+        force += s.gradient[4 * i]
+        if i < nodes - 1:
+            load -= force
+    rows[row, ROW_LOAD] = load / (nodes - 3)
     if row < row_x.shape[0]:
         row_x[row] = motion.x
         row_m1[row] = motion.m1

@@ -283,12 +283,13 @@ class _Run:
         """The rows so far as a `History`."""
         rows, *configurations = map(handed_over, self._in_seconds(scene))
         clock = self.clock
-        time, angle, height, slope, *energies = rows.T
+        time, angle, height, slope, *energies, load = rows.T
         return History(
             time=time,
             angle=angle,
             height=height,
             slope=slope,
+            load=load,
             energies=dict(zip(("kinetic", "elastic", "dissipated", "work"), energies, strict=True)),
             configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
             stats={

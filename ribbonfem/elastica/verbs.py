@@ -155,8 +155,7 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" and the "load", the compressive force averaged along
-    the beam (EI2/L^2), as configurations.
+    `History`, with the nodes' "positions" as configurations.
 
     Raises
     ------

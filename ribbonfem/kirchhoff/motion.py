@@ -98,8 +98,7 @@ def simulate(
     -------
     History
         `configurations` holds "positions" (rows, nodes, 3) in L and "normals" (rows, nodes, 3),
-        the directors m1, at the Gauss-Lobatto nodes, and "load" (rows,), the compressive force
-        along x averaged along the ribbon (EI2/L^2).
+        the directors m1, at the Gauss-Lobatto nodes.
 
     Raises
     ------
@@ -311,7 +310,8 @@ class Run:
             height=columns[2],
             slope=columns[3],
             energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
-            configurations={**kept, "load": columns[8]},
+            configurations=kept,
+            load=columns[8],
             stats={
                 "steps": int(clock[loop.STEPS]),
                 "newton_iterations": int(clock[loop.NEWTON]),

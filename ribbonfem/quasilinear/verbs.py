@@ -122,7 +122,7 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" and the "load" sigma^2 as configurations.
+    `History`, with the nodes' "positions" as configurations; its load is sigma^2.
 
     Raises
     ------
