@@ -59,7 +59,7 @@ CREEP, LEAST = 0.1, 0.01
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
 # solved stages that are remembered, and those through which a guess is laid
-MEMORY, GUESS = 16, 4
+MEMORY, GUESS = 16, 3
 
 
 class Scheme(NamedTuple):
