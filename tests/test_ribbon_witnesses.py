@@ -1,4 +1,4 @@
-"""Ribbons in motion by two models that share no mechanics: scenes drawn at random, refined until they agree."""
+"""Ribbons in motion by two models that share no mechanics: scenes drawn at random, both refined."""
 
 from dataclasses import dataclass, replace
 

@@ -31,7 +31,6 @@ from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.policy import flag, whole_number
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping import newmark
 from ribbonfem.stepping.newmark import (
     ENERGIES,
     LARGEST_TURN,
@@ -44,7 +43,6 @@ from ribbonfem.stepping.newmark import (
 from . import loop, states, tangent
 from .problem import Frames, Statics, checked_mesh
 
-METHODS = ("esdirk4", "esdirk3", *newmark.METHODS)
 UNTIL = ("end", "snap", "decided")
 ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
@@ -107,7 +105,7 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, METHODS, UNTIL)
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
     mesh = checked_mesh(elements, extensible)
     whole_number("every", every, 1)
     flag("configurations", configurations)
@@ -217,30 +215,6 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     return np.asarray(np.sqrt(squares) / problem.unit)
 
 
-def scheme_of(method: newmark.Method) -> loop.Scheme:
-    """A method's coefficients for the compiled time loop."""
-    tableau = method.tableau
-    if tableau is not None:
-        power = tableau.embedded + 1.0
-        return loop.Scheme(
-            loop.DIRK, tableau.stages, tableau.a, tableau.c, tableau.error, power, *(8 * (0.0,)), False
-        )
-    return loop.Scheme(
-        loop.ONE_STAGE,
-        2,
-        np.zeros((2, 2)),
-        np.array([0.0, 1.0]),
-        np.zeros(2),
-        method.order + 1.0,
-        *method.positions,
-        *method.velocities,
-        method.alpha_m,
-        method.alpha_f,
-        *method.error,
-        method.project,
-    )
-
-
 def ramp_of(
     scene: Scene, control: Control, *, every: int = 1, gyroscopic: bool = False, barrier: float = -np.inf
 ) -> loop.Ramp:
@@ -337,7 +311,7 @@ def integrate(
     """
     global _warm
     rod = discretised(problem, scene)
-    scheme = scheme_of(control.method)
+    scheme = control.method.as_scheme()
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
