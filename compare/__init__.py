@@ -1,34 +1,51 @@
-"""Models side by side: one module a question, the report, and the command line (`python -m compare`)."""
+"""Models side by side: the chooser, diagrams, convergence, questions and their report, the command line.
 
-from __future__ import annotations
+compare.choose(scene, tolerance, quantity).run()   one number, by the cheapest model that will do
+compare.convergence(model, scene, quantity, over=) orders and limits under refinement
+compare.skipping_diagram, compare.selection_diagram, compare.threshold
+                                                   what ramps do over rate and damping
+compare.save(result, path), compare.load(path)     any result in a file
+compare.read_scene(path)                           a scene from a TOML file
+python -m compare, or ribbonfem                    the questions as commands
+"""
 
-from importlib import import_module
+from collections.abc import Callable
 from typing import Any
 
-_QUESTIONS = (
-    "accuracy",
-    "calibrate",
-    "cases",
-    "choices",
-    "crosscheck",
-    "delay",
-    "folds",
-    "run",
-    "speed",
-    "stability",
-)
-# functions that scripts call, and the module of each
+# what scripts call, and the module of each: all of it imported only when it is asked for
 _CALLS = {
-    "choose": "chooser.choice",
-    "convergence": "measures.convergence",
-    "read_scene": "face.scene_file",
+    "choose": "compare.chooser.choice",
+    "convergence": "compare.measures.convergence",
+    "load": "compare.archive",
+    "read_scene": "compare.face.scene_file",
+    "save": "compare.archive",
+    "selection_diagram": "compare.diagrams",
+    "skipping_diagram": "compare.diagrams",
+    "threshold": "compare.diagrams",
 }
+
+__all__ = [
+    "choose",
+    "convergence",
+    "load",
+    "read_scene",
+    "save",
+    "selection_diagram",
+    "skipping_diagram",
+    "threshold",
+]
+
+
+def _public() -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    # imported here: the help of a command needs no numpy
+    from ribbonfem.names import public
+
+    return public(__name__, __all__, _CALLS)
 
 
 def __getattr__(name: str) -> Any:
-    # each question pulls in the models and the plotting it needs: only when it is asked
-    if name in _QUESTIONS:
-        return import_module(f"{__name__}.questions.{name}")
-    if name in _CALLS:
-        return getattr(import_module(f"{__name__}.{_CALLS[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _public()[0](name)
+
+
+def __dir__() -> list[str]:
+    return _public()[1]()

@@ -1,116 +1,277 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
-A command is a module of this package with a function ``main(*, progress, out, ...)``; its
-keyword parameters are its options, its docstring its help.  Nothing heavy is imported before a
-command is known, so that ``--help`` answers at once.
+A command is a question (`compare.questions`): the keyword parameters of its `main` are its options, its
+docstring its help.  Nothing heavy is imported before a command is known, so that ``--help`` answers at once.
+
+Exit status: 0 done, 1 an error (one line says which), 2 a command line that cannot be; of ``run`` also 3,
+the tolerance was not met, and 4, refinement does not settle the value.  130 after an interrupt.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
+import difflib
 import inspect
 import json
+import os
 import sys
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-COMMANDS = {
-    "crosscheck": "fold of the beam: closed form, finite elements and discrete rods side by side",
-    "folds": "folds and states of the ribbon at rest: 3D finite elements and discrete rods",
-    "delay": "how late the snap comes: measured in every model, predicted without a parameter",
-    "speed": "the time loop of the rods: steps a second, profile",
-    "accuracy": "speed against error of every model, mesh, method and step; defaults against the front",
-    "stability": "hard cases with every method: completed, drift, or the error raised",
-    "cases": "the paper's named cases of mode skipping and selection",
-    "run": "a scene from a file: the cheapest model that meets a tolerance, and its answer",
-    "choices": "does the chosen model keep the tolerance asked for, and what does it save?",
-    "calibrate": "measure the laws by which the cheapest model is chosen",
-    "peers": "other programs on the same scenes: time at equal error",
-}
+from compare.questions.registry import ORDER, Question, named, publish, summary
 
 OUT = Path("ribbonfem-report")
+REPORT = "report"
+# finished runs of a command that has not come to its end, in the report's folder
+FINISHED = ".finished"
+STATUS = "exit status: 0 done, 1 error, 2 wrong usage, 130 interrupted"
+RUN_STATUS = "exit status: 0 met, 1 error, 2 wrong usage, 3 tolerance not met, 4 sensitive, 130 interrupted"
 
 
-def _numbers(text: str) -> tuple[float, ...]:
-    return tuple(float(part) for part in text.split(","))
+def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:
+    def read(text: str) -> tuple[float, ...]:
+        try:
+            return tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            what = "whole numbers" if kind is int else "numbers"
+            raise argparse.ArgumentTypeError(
+                f"{text!r}: {what} are needed, with commas between them"
+            ) from None
+
+    return read
+
+
+def _grid(text: str) -> tuple[float, float, int]:
+    try:
+        low, high, count = text.split(":")
+        return float(low), float(high), int(count)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: LOW:HIGH:COUNT is needed, as 0.01:1:20") from None
+
+
+def _span(text: str) -> tuple[float, float]:
+    try:
+        low, high = text.split(":")
+        return float(low), float(high)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: LOW:HIGH is needed, as 0.05:5") from None
+
+
+def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any) -> None:
+    """One keyword parameter of a question as an option."""
+    option = "--" + name.replace("_", "-")
+    kinds = [kind for kind in get_args(hint) if kind is not type(None)]
+    if default is None and len(kinds) == 1 and get_origin(hint) is not Literal:
+        hint = kinds[0]
+    required = default is inspect.Parameter.empty
+    shown: dict[str, Any] = {"required": True} if required else {"default": default}
+    note = "needed" if required else "by default left out" if default is None else f"default {default}"
+    if hint is bool:
+        parser.add_argument(option, action=argparse.BooleanOptionalAction, **shown)
+    elif get_origin(hint) is Literal:
+        parser.add_argument(option, choices=get_args(hint), help=note, **shown)
+    elif get_origin(hint) is tuple:
+        parts = get_args(hint)
+        kind: Callable[[str], Any]
+        if parts == (float, float, int):
+            kind, form = _grid, "LOW:HIGH:COUNT"
+        elif parts == (float, float):
+            kind, form = _span, "LOW:HIGH"
+        else:
+            kind, form = _numbers(parts[0]), "A,B,.."
+        if default and not required:
+            mark = ":" if ":" in form else ","
+            note = "default " + mark.join(f"{value:g}" for value in default)
+        parser.add_argument(option, type=kind, metavar=form, help=note, **shown)
+    else:
+        parser.add_argument(
+            option, type=hint, metavar=getattr(hint, "__name__", "TEXT").upper(), help=note, **shown
+        )
 
 
 def _add_options(parser: argparse.ArgumentParser, main: Any) -> list[str]:
-    """Turn the keyword parameters of a command into options; return their names."""
+    """Turn the parameters of a question into options; return their names."""
+    hints = get_type_hints(main)
     names = []
     for parameter in inspect.signature(main).parameters.values():
-        default = parameter.default
-        if parameter.name in ("progress", "out"):
+        if parameter.name == "sweep":
             continue
-        if default is inspect.Parameter.empty:
-            # what a command cannot do without stands before its options
-            names.append(parameter.name)
-            parser.add_argument(parameter.name, type=Path, metavar=f"{parameter.name.upper()}.toml")
-            continue
-        option = "--" + parameter.name.replace("_", "-")
         names.append(parameter.name)
-        if isinstance(default, bool):
-            parser.add_argument(option, action=argparse.BooleanOptionalAction, default=default)
-        elif isinstance(default, tuple):
-            shown = ",".join(f"{value:g}" for value in default)
-            parser.add_argument(
-                option, type=_numbers, default=default, metavar="A,B,..", help=f"default {shown}"
-            )
+        if hints[parameter.name] is Path and parameter.default is inspect.Parameter.empty:
+            # what a command cannot do without stands before its options
+            parser.add_argument(parameter.name, type=Path, metavar=f"{parameter.name.upper()}.toml")
         else:
-            parser.add_argument(option, type=type(default), default=default, help=f"default {default}")
+            _option(parser, parameter.name, hints[parameter.name], parameter.default)
     return names
 
 
-def _parser() -> argparse.ArgumentParser:
+def _whole(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text}: a whole number of at least 1 is needed")
+    return number
+
+
+def _common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the report (default {OUT}/)")
+    parser.add_argument("--json", action="store_true", help="print the numbers as JSON, and nothing else")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def _overview() -> argparse.ArgumentParser:
+    lines = [f"  {name:<12} {summary(name)}" for name in ORDER]
+    lines.append(f"  {REPORT:<12} Make the report's page anew, and with --redraw its pictures too.")
     parser = argparse.ArgumentParser(
         prog="ribbonfem",
-        description="Snapping ribbons and beams: finite elements and discrete elastic rods, side by side.",
-        epilog="ribbonfem COMMAND --help shows the options of a command.",
+        usage="ribbonfem COMMAND [options]",
+        description="Snapping ribbons and beams: finite elements and discrete elastic rods, side by side.\n\n"
+        "commands:\n" + "\n".join(lines),
+        epilog=f"ribbonfem COMMAND --help shows the options of a command. {STATUS}.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    lines = "\n".join(f"  {name:<12} {text}" for name, text in COMMANDS.items())
-    parser.add_argument("command", choices=list(COMMANDS), metavar="COMMAND", help="one of those above")
-    parser.usage = "ribbonfem COMMAND [options]"
-    parser.description = f"{parser.description}\n\ncommands:\n{lines}"
+    parser.add_argument("--version", action="version", version=_version())
+    parser.add_argument("command", metavar="COMMAND", help="one of those above")
     return parser
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return f"ribbonfem {version('ribbonfem')}"
+    except PackageNotFoundError:
+        return "ribbonfem (not installed)"
+
+
+def _unknown(command: str) -> NoReturn:
+    near = difflib.get_close_matches(command, (*ORDER, REPORT), 1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    print(f"ribbonfem: {command!r} is no command{hint} ribbonfem --help lists them", file=sys.stderr)
+    raise SystemExit(2)
+
+
+def _told(left_out: dict[str, str], prog: str) -> None:
+    for file, reason in left_out.items():
+        print(f"{prog}: left out of the report: {file}: {reason}", file=sys.stderr)
+
+
+def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> int:
+    """Compute, write, show."""
+    from compare.face.report import PAGE, require_room
+    from compare.face.terminal import show
+    from compare.sweep import Progress, Sweep
+
+    out, prog = options["out"], f"ribbonfem {question.name}"
+    require_room(out)
+    with ExitStack() as stack:
+        progress = stack.enter_context(Progress(visible=not (options["quiet"] or options["json"])))
+        executor = None
+        if options["dask"]:
+            from compare.sweep.cluster import executor_at
+
+            executor = stack.enter_context(executor_at(options["dask"]))
+        sweep = stack.enter_context(
+            Sweep(
+                folder=out / FINISHED / question.name,
+                processes=options["processes"],
+                executor=executor,
+                progress=progress,
+            )
+        )
+        found = question.main(sweep=sweep, **{name: options[name] for name in names})
+        section, left_out = publish(question, found, out)
+        if not question.keep and sweep.store is not None:
+            sweep.store.clear()
+    _told(left_out, prog)
+    if options["json"]:
+        print(json.dumps(section.values, indent=1))
+    else:
+        show(section, out / PAGE)
+    return question.status(found)
+
+
+def _report(arguments: Sequence[str]) -> int:
+    """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
+    from compare.archive import load
+    from compare.face.report import PAGE, require_room, write_page, write_section
+
+    parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
+    parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
+    _common(parser)
+    options = parser.parse_args(arguments)
+    out: Path = options.out
+    if not out.is_dir():
+        raise OSError(f"--out {out}: there is no such folder")
+    require_room(out)
+    drawn, failed = [], {}
+    for name in ORDER if options.redraw else ():
+        kept = out / f"{name}.found"
+        if kept.exists():
+            try:
+                found, question = load(kept), named(name)
+                write_section(question.section(found), out, ORDER, question.drawings(found))
+            except Exception as error:
+                # a spoilt result, or one of another version: told, and the others are drawn
+                failed[kept.name] = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+            else:
+                drawn.append(name)
+    left_out = write_page(out, ORDER) | failed
+    _told(left_out, f"ribbonfem {REPORT}")
+    if options.json:
+        print(json.dumps({"redrawn": drawn, "left_out": left_out}, indent=1))
+    else:
+        print(f"report: {out / PAGE}")
+    return 0
+
+
+def _question(command: str, arguments: Sequence[str]) -> int:
+    question = named(command)
+    parser = argparse.ArgumentParser(
+        prog=f"ribbonfem {command}",
+        description=f"{inspect.getdoc(question.main)}\n\ntakes {question.takes}",
+        epilog=RUN_STATUS if command == "run" else STATUS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    names = _add_options(parser, question.main)
+    parser.add_argument("--processes", type=_whole, help="worker processes (default one a processor)")
+    parser.add_argument("--dask", metavar="ADDRESS", help="run on a Dask cluster instead ([cluster] extra)")
+    _common(parser)
+    return _ask(question, vars(parser.parse_args(arguments)), names)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if not arguments or arguments[0] not in COMMANDS:
-        _parser().parse_args(arguments[:1] or ["--help"])
-    module = importlib.import_module(f"compare.questions.{arguments[0]}")
-    parser = argparse.ArgumentParser(
-        prog=f"ribbonfem {arguments[0]}",
-        description=inspect.getdoc(module.main),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    names = _add_options(parser, module.main)
-    parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the report (default {OUT}/)")
-    parser.add_argument("--json", action="store_true", help="print the numbers as JSON, and nothing else")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
-    options = vars(parser.parse_args(arguments[1:]))
-
-    from compare.face.report import show, write_section
-    from compare.sweep.progress import Progress
+    for stream in (sys.stdout, sys.stderr):
+        # words and tables are UTF-8, whatever the locale says
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+    if not arguments or arguments[0].startswith("-"):
+        _overview().parse_args(arguments or ["--help"])
+    command = arguments[0]
+    prog = f"ribbonfem {command}"
+    if command not in (*ORDER, REPORT):
+        _unknown(command)
+    from compare.sweep import SweepError
     from ribbonfem.results import SolverError
 
     try:
-        with Progress(visible=not (options["quiet"] or options["json"])) as progress:
-            section = module.main(
-                progress=progress, out=options["out"], **{name: options[name] for name in names}
-            )
-        report = write_section(section, options["out"])
-    except (ValueError, SolverError, OSError) as error:
-        print(f"ribbonfem {arguments[0]}: {error}", file=sys.stderr)
+        status = _report(arguments[1:]) if command == REPORT else _question(command, arguments[1:])
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # nobody reads on; the interpreter must not try to flush what is left
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        print(f"{prog}: the output was closed before its end", file=sys.stderr)
         return 1
-    if options["json"]:
-        print(json.dumps(section.values, indent=1))
-    else:
-        show(section, report)
-    return 0
+    except KeyboardInterrupt:
+        print(f"{prog}: interrupted; what is finished is kept, the same command goes on", file=sys.stderr)
+        return 130
+    except (ValueError, SolverError, SweepError, OSError, MemoryError) as error:
+        print(f"{prog}: {' '.join(str(error).split()) or type(error).__name__}", file=sys.stderr)
+        return 1
+    return status
 
 
 if __name__ == "__main__":

@@ -2,8 +2,11 @@
 
     der.folds(scene)        the folds that a very slow ramp meets
     der.equilibria(scene)   the connected curve of equilibria through the start state
+    der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the clamp turns and is held
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
+    der.state, der.stable_states, der.saddle, der.skipping_bound
+                            states by name, their passes, the static bound on skipping
     der.frequencies(scene)  angular frequencies of small motions about the start state
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
@@ -12,8 +15,30 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 `ribbonfem`, and no mechanics.
 """
 
-from . import modes
-from .motion import simulate
-from .verbs import equilibria, folds, frequencies, normal_forms
+import ribbonfem
+from ribbonfem.names import public
 
-__all__ = ["equilibria", "folds", "frequencies", "modes", "normal_forms", "simulate"]
+from . import modes
+from .declared import DECLARED
+from .motion import simulate
+from .rest import saddle, skipping_bound, stable_states, state
+from .verbs import equilibria, folds, frequencies, leaves_plane, normal_forms
+
+__all__ = [
+    "DECLARED",
+    "equilibria",
+    "folds",
+    "frequencies",
+    "leaves_plane",
+    "modes",
+    "normal_forms",
+    "saddle",
+    "simulate",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]
+
+__version__ = ribbonfem.__version__
+
+__getattr__, __dir__ = public(__name__, __all__)

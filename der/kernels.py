@@ -408,8 +408,11 @@ DONE, FULL, STUCK, BLOWN = range(4)
     EFFORT,
     AFTER,
     SIDE,
-) = range(16)
-CLOCK_SIZE = 16
+    CARRY,
+) = range(17)
+CLOCK_SIZE = 17
+# L; the height has left zero, and may cross it, once it is this far from it: rounding is not
+DEPARTED = 1e-6
 # see `run`: lengths per t* below which the error allowed in a step shrinks with the speed, over 1
 CREEP = 0.1
 # growth of the energy, over that of the start and the work done, at which a run is stopped
@@ -417,7 +420,7 @@ GROWTH = 0.25
 
 # columns of `rows`
 ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
-ROW_SIZE = 8
+ROW_LOAD, ROW_SIZE = 8, 9
 
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a
@@ -778,6 +781,13 @@ def _record(rod, motion, s, ramp, rows, row_x, row_m1):
     rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
     rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
     rows[row, ROW_WORK] = clock[WORK]
+    # the compressive force along x, averaged over the free edges
+    force, load = 0.0, 0.0
+    for i in range(nodes - 1, 1, -1):
+        force += s.gradient[4 * i]
+        if i < nodes - 1:
+            load -= force
+    rows[row, ROW_LOAD] = load / (nodes - 3)
     if row < row_x.shape[0]:
         row_x[row] = motion.x
         row_m1[row] = motion.m1
@@ -810,7 +820,8 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
         h = min(clock[STEP], policy.largest)
         # half a rad at most: transport of frames needs neighbours
         h = min(h, 0.5 / abs(ramp.rate)) if time < kink else h
-        landing = time + h * (1.0 + 1e-9) >= target
+        # no sliver of a step is left: it would tell nothing, and spoil what is interpolated over it
+        landing = target - time <= h * (1.0 + (1e-6 if policy.step > 0.0 else 1e-3))
         if landing:
             h = target - time
         count, error = _attempt(rod, motion, s, ramp, policy, h)
@@ -836,7 +847,10 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
                 return STUCK
             continue
         _accept(rod, motion, s, ramp, policy, h)
-        clock[TIME] = target if landing else time + h
+        # what rounding leaves of the sum of many equal steps is carried on: they are to land on the target
+        lost = h + clock[CARRY]
+        clock[TIME] = target if landing else time + lost
+        clock[CARRY] = 0.0 if landing else lost - (clock[TIME] - time)
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
         if policy.step > 0.0:
@@ -855,10 +869,11 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
                 return DONE
             if ramp.snap:
-                if clock[SIDE] == 0.0:
+                if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
                     clock[SIDE] = rows[row, ROW_HEIGHT]
                 # two rows on either side of the crossing: it is solved for on a cubic through them
-                if clock[AFTER] > 0.0 or rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0:
+                crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
+                if clock[AFTER] > 0.0 or crossed:
                     clock[AFTER] += 1.0
                     if clock[AFTER] >= 2.0:
                         return DONE

@@ -16,12 +16,14 @@ what the types mean instead:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
-from ribbonfem.results import Array, Fold, History
+from ribbonfem.image import imaged
+from ribbonfem.results import MESH, Array, Fold, History, Value
+from ribbonfem.scene import shown, swapped
 
 # a height (L) this close to the fold state's counts as being there ...
 _NEAR = 0.06
@@ -51,8 +53,8 @@ def name_by_signs(height: float, slope: float) -> str:
     return ("U+" if height > 0.0 else "U-") + ("S-" if height * slope > 0.0 else "S+")
 
 
-@dataclass(frozen=True)
-class Outcome:
+@dataclass(frozen=True, repr=False, eq=False)
+class Outcome(Value):
     """What a ramp from U+S+ did.
 
     Attributes
@@ -70,6 +72,15 @@ class Outcome:
     minima: Array
     final: str
     reason: str
+
+    def __repr__(self) -> str:
+        first, second = (
+            "none" if snap is None else f"{snap[1]:.6g} rad" for snap in (self.first, self.second)
+        )
+        return (
+            f"Outcome({self.kind!r}: {self.reason};\n"
+            f"  first snap {first}, second {second}, {len(self.minima)} minima, ends as {self.final})"
+        )
 
 
 def local_minima(time: Array, angle: Array, height: Array) -> Array:
@@ -127,7 +138,13 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     dict
         "first snap" (t_z = 0), "second snap" (z = 0), "first minimum" (of z, after the
         first snap), "alpha_c1", "alpha_c2", ... and "end"; None where the run did not come to it.
+
+    Raises
+    ------
+    ValueError
+        For folds of another compression, shear, ribbon, model or mesh; a bare `Fold` is taken.
     """
+    require_folds_of(history, folds)
     found: dict[str, Instant | None] = {}
     for key, quantity in (("first snap", "slope"), ("second snap", "height")):
         snap = history.crossing(quantity)
@@ -142,20 +159,51 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     return found
 
 
+def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
+    """Raise a `ValueError` if folds are of another scene, model or mesh than a run."""
+    if not isinstance(history, History):
+        raise ValueError(f"history = {shown(history)}: a History is needed")
+    if not isinstance(folds, (tuple, list)) or not all(isinstance(fold, Fold) for fold in folds):
+        raise ValueError(f"folds = {shown(folds)}: a tuple of Fold is needed, as `folds` of a model gives it")
+    for k, fold in enumerate(folds):
+        pairs: list[tuple[str, object, object]] = []
+        if fold.scene is not None:
+            names = ("compression", "shear", "ribbon")
+            pairs += [(name, getattr(fold.scene, name), getattr(history.scene, name)) for name in names]
+        if fold.model and history.model:
+            pairs.append(("model", fold.model, history.model))
+        mesh = [name for name in MESH if name in fold.policy and name in history.policy]
+        pairs += [(name, fold.policy[name], history.policy[name]) for name in mesh]
+        for name, of_fold, of_run in pairs:
+            if of_fold != of_run:
+                raise ValueError(
+                    f"folds[{k}]: {name} = {shown(of_fold)}, but the run's is {shown(of_run)}; those of the "
+                    "same scene, model and mesh are needed"
+                )
+
+
 def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
-    """The outcome of a run that started at U+S+ and turned towards positive angles.
+    """The outcome of a run that started at U+S+ (with the right clamp turned: U+S-) at a positive rate.
 
     Parameters
     ----------
     history: with its rows.
-    folds: the two folds of the scene on the same mesh, from `der.folds`.
+    folds: the two folds of the scene by the same model on the same mesh, from `der.folds`; a bare
+        `Fold(angle, height, load)` is taken as it is.
 
     Raises
     ------
     ValueError
-        If the run did not start at U+S+ under a positive rate, or `folds` are not two.
+        If the run did not start at U+S+ under a positive rate, if `folds` are not two, or are of
+        another compression, shear, ribbon, model or mesh.
     """
     scene = history.scene
+    require_folds_of(history, folds)
+    if scene.turned == "right":
+        # the image has the same heights and angles, and its outcome with the sign of S exchanged
+        bare = tuple(Fold(fold.angle, fold.height, fold.load) for fold in folds)
+        found = classify(imaged(history, scene.image), bare)
+        return replace(found, final=swapped(found.final))
     if scene.start != "U+S+" or scene.rate < 0.0:
         raise ValueError(
             f"start = {scene.start!r}, rate = {scene.rate!r}: outcomes are those of U+S+, rate > 0"

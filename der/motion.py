@@ -16,19 +16,22 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 from __future__ import annotations
 
 import time as clock_time
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
 
 from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
+from ribbonfem.growing import Growing
+from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.values import handed_over
 
-from . import kernels
+from . import kernels, plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
-from .states import start_state
+from .states import at_rest, start_state
 
 METHODS = MappingProxyType(
     {
@@ -48,11 +51,14 @@ ORDERS = MappingProxyType({name: 1 if name == "implicit-euler" else 2 for name i
 ADAPTIVE = ("tr-bdf2", "implicit-euler", "newmark", "generalised-alpha")
 
 TOLERANCE = 1.5e-4
-# rows are made in chunks of this many bytes of configurations
-_CHUNK = 16_000_000
+# bytes by which the rows grow at least
+_CHUNK = 4_000_000
+# rad; the loop's own bound on the clamp's turn in a step
+LARGEST_TURN = 0.5
 _warm: set[str] = set()
 
 
+@verb
 def simulate(
     scene: Scene,
     *,
@@ -107,31 +113,32 @@ def simulate(
     stop = scene.require_stop()
     choice("method", method, tuple(METHODS))
     choice("until", until, ("end", "decided", "snap"))
-    whole_number("every", every, 1)
-    flag("configurations", configurations)
     if step is not None and tolerance is not None:
         raise PolicyError(f"tolerance = {tolerance!r}: a run has a fixed step or a tolerance, not both")
     if step is None and method not in ADAPTIVE:
         raise PolicyError(f"step = None: {method} needs a fixed step (s); adaptive are {', '.join(ADAPTIVE)}")
-    if not 0.0 <= spectral_radius <= 1.0:
-        raise PolicyError(f"spectral_radius = {spectral_radius!r}: must be in [0, 1]")
-    fixed = None if step is None else positive("step", step)
-    local = positive("tolerance", TOLERANCE if tolerance is None else tolerance)
+    within("spectral_radius", spectral_radius, 0.0, 1.0)
+    fixed, local = step, TOLERANCE if tolerance is None else tolerance
     if newton_tolerance is None:
         # updates fall at least tenfold each, so that what is left is a tenth of the last; below
         # 1e-11 rounding takes over
         newton_tolerance = 1e-8 if fixed is not None else max(1e-11, 1e-3 * local)
-    newton = positive("newton_tolerance", newton_tolerance)
+    newton = within("newton_tolerance", newton_tolerance, 1e-14, 1e-2)
     rod = Rod(scene, nodes, clamp)
+    row = 8.0 * (kernels.ROW_SIZE + (6 * rod.nodes if configurations else 0))
+    require_duration(scene, fixed, LARGEST_TURN, row / every)
     state = start_state(rod)
 
     unit = scene.ribbon.inertial_time
+    rate = float(scene.rate * unit)
+    turned, hold = abs(float(stop) / rate), scene.hold / unit
     ramp = kernels.Ramp(
-        float(scene.rate * unit),
+        rate,
         float(stop),
-        float((stop / scene.rate + scene.hold) / unit),
+        # as the loop computes it, and no later by a hold that is rounding beside it
+        turned + (hold if hold > 1e-12 * turned else 0.0),
         float(scene.damping * unit),
-        _lowest_saddle(rod, state, stop) if until == "decided" else -np.inf,
+        _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
     policy = kernels.Policy(
@@ -164,27 +171,33 @@ def simulate(
     run = _Run(rod, state, policy, every, configurations)
     begin = clock_time.perf_counter()
     status = run.go(ramp)
-    history = run.history(scene, given, clock_time.perf_counter() - begin)
+    seconds = clock_time.perf_counter() - begin
+    leaves = {"leaves_plane": plane.leaves_plane(scene, nodes, clamp)} if scene.planar else {}
+    history = run.history(scene, given, {"seconds": seconds, **leaves})
     if status != kernels.DONE:
-        cause = (
-            f"no step of at least {1e-9 * unit:.1e} s converged"
-            if status == kernels.STUCK
-            else "its energy grew by more than a quarter beyond the work done"
-        )
+        if run.rows.full:
+            cause = f"{run.rows.full}; `every` and `configurations=False` keep less"
+        elif status == kernels.STUCK:
+            asked = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
+            cause = f"from {asked} down to {1e-9 * unit:.1e} s no step found a next state"
+        else:
+            cause = "its energy grew by more than a quarter beyond the work done"
         raise SolverError(
             f"{method} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
-            f"alpha = {history.angle[-1]:.6g}: {cause}; take a smaller step or tolerance, another "
-            "method or more nodes",
+            f"alpha = {history.angle[-1]:.6g}, on {rod.nodes} nodes: {cause}",
             history,
         )
     return history
 
 
-def _lowest_saddle(rod: Rod, state: RodState, angle: float) -> float:
-    """Lowest energy of the states with one unstable direction at an angle, on the curve through a state.
+@lru_cache(maxsize=16)
+def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
     -inf if there is none: nothing is then decided early.
     """
+    rod = Rod(scene, nodes, clamp)
+    state = start_state(rod)
     problem, steps = Statics(rod), default_steps(rod)
     energies = []
     for sign in (-1.0, 1.0):
@@ -241,56 +254,57 @@ class _Run:
         # adaptive runs start with a step far below any period and grow
         self.clock[kernels.STEP] = policy.step or 1e-4
         self.kept = configurations
-        self.capacity = max(256, _CHUNK // (48 * rod.nodes))
-        self.chunks: list[tuple[Array, Array, Array]] = []
+        nodes = rod.nodes
+        shapes = ((nodes, 3), (nodes - 1, 3)) if configurations else ()
+        self.rows = Growing((kernels.ROW_SIZE,), *shapes, chunk=_CHUNK)
+        self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes - 1, 3)))
 
-    def _chunk(self) -> tuple[Array, Array, Array]:
-        room = self.capacity if self.kept else 0
-        nodes = self.rod.nodes
-        return (
-            np.empty((self.capacity, kernels.ROW_SIZE)),
-            np.empty((room, nodes, 3)),
-            np.empty((room, nodes - 1, 3)),
-        )
+    def _room(self) -> tuple[Array, Array, Array]:
+        """Where the next rows go."""
+        rows, *configurations = self.rows.reserve()
+        x, m1 = configurations or self.none
+        self.clock[kernels.ROW] = 0.0
+        return rows, x, m1
 
     def go(self, ramp: kernels.Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
-        rows, x, m1 = self._chunk()
+        rows, x, m1 = self._room()
         kernels._record(self.constants, self.motion, self.scratch, ramp, rows, x, m1)
         while True:
             status = kernels.run(
                 self.constants, self.motion, self.scratch, ramp, self.policy, self.every, rows, x, m1
             )
-            count = int(self.clock[kernels.ROW])
-            self.chunks.append((rows[:count], x[:count], m1[:count]))
-            if status != kernels.FULL:
+            self.rows.count += int(self.clock[kernels.ROW])
+            if status != kernels.FULL or self.rows.full:
                 return int(status)
-            self.clock[kernels.ROW] = 0.0
-            rows, x, m1 = self._chunk()
+            rows, x, m1 = self._room()
 
-    def history(self, scene: Scene, policy: dict[str, object], seconds: float) -> History:
+    def history(self, scene: Scene, policy: dict[str, object], stats: dict[str, float]) -> History:
         """The rows so far as a `History`."""
-        rows, x, m1 = (np.concatenate(parts) for parts in zip(*self.chunks, strict=True))
+        rows, *configurations = map(handed_over, self._in_seconds(scene))
         clock = self.clock
+        time, angle, height, slope, *energies, load = rows.T
         return History(
-            time=rows[:, kernels.ROW_TIME] * scene.ribbon.inertial_time,
-            angle=rows[:, kernels.ROW_ANGLE].copy(),
-            height=rows[:, kernels.ROW_HEIGHT].copy(),
-            slope=rows[:, kernels.ROW_SLOPE].copy(),
-            energies={
-                "kinetic": rows[:, kernels.ROW_KINETIC].copy(),
-                "elastic": rows[:, kernels.ROW_ELASTIC].copy(),
-                "dissipated": rows[:, kernels.ROW_DISSIPATED].copy(),
-                "work": rows[:, kernels.ROW_WORK].copy(),
-            },
-            configurations={"positions": x, "normals": m1} if self.kept else {},
+            time=time,
+            angle=angle,
+            height=height,
+            slope=slope,
+            load=load,
+            energies=dict(zip(("kinetic", "elastic", "dissipated", "work"), energies, strict=True)),
+            configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
             stats={
                 "steps": int(clock[kernels.STEPS]),
                 "newton_iterations": int(clock[kernels.ITERATIONS]),
                 "assemblies": int(clock[kernels.ASSEMBLIES]),
                 "rejected": int(clock[kernels.REJECTED]),
-                "seconds": seconds,
+                **stats,
             },
             scene=scene,
             policy=policy,
+            model="der",
         )
+
+    def _in_seconds(self, scene: Scene) -> list[Array]:
+        arrays = self.rows.taken()
+        arrays[0][:, kernels.ROW_TIME] *= scene.ribbon.inertial_time
+        return arrays

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ribbonfem.policy import choice, whole_number
+from ribbonfem.policy import choice, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
@@ -54,6 +54,9 @@ class Rod:
     def __init__(self, scene: Scene, nodes: int, clamp: str = "centred") -> None:
         self.scene = scene
         self.nodes = whole_number("nodes", nodes, 7)
+        # vectors, two bands of the Hessian and a handful of rows
+        require_memory("nodes", nodes, 4e3 * self.nodes, "the rod")
+        scene.require_buckled()
         self.clamp = choice("clamp", clamp, CLAMPS)
         ribbon = scene.ribbon
         spans = self.nodes - 2 if clamp == "centred" else self.nodes - 1

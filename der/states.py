@@ -9,6 +9,9 @@ reversal s -> L - s with r -> R - r.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eig_banded
@@ -17,7 +20,7 @@ from scipy.special import j0
 
 from ribbonfem.continuation import equilibrium
 from ribbonfem.results import Array, SolverError
-from ribbonfem.scene import SceneError
+from ribbonfem.scene import Scene, SceneError
 
 from . import kernels
 from .problem import Statics
@@ -34,14 +37,17 @@ _CLOSE = 0.02
 def planar(rod: Rod) -> RodState:
     """A guess for the planar state U+ at the scene's compression: tangent angle a sin(2 pi s).
 
-    J0(a) = 1 - dL/L makes it inextensible with the right chord; it is the elastica to first
-    order in a.
+    J0(a) makes the chord of what does not stretch, and the edges are as long as Euler's load leaves
+    them; it is the elastica to first order in a.
     """
-    amplitude = brentq(lambda a: j0(a) - 1.0 + rod.scene.compression, 0.0, 3.83)
+    # the stretch takes up what it does at Euler's load
+    bent = rod.scene.compression - min(rod.scene.ribbon.euler_shortening, 0.999 * rod.scene.compression)
+    amplitude = brentq(lambda a: j0(a) - 1.0 + bent, 0.0, 3.83)
     middles = 0.5 * (rod.arclength[1:] + rod.arclength[:-1])
     phi = amplitude * np.sin(2.0 * np.pi * middles)
     phi[[0, -1]] = 0.0
     edges = rod.rest * np.column_stack((np.cos(phi), np.zeros_like(phi), np.sin(phi)))
+    edges *= (1.0 - rod.scene.compression) / (1.0 - bent)
     x = np.zeros((rod.nodes, 3))
     x[0, 0] = rod.arclength[0]
     x[1:] = x[0] + np.cumsum(edges, axis=0)
@@ -115,7 +121,7 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         state, energy = trial, new
         if stable and size < 1e-9:
             return state
-    raise SolverError(f"no stable equilibrium found within {most} descent steps; use a finer mesh")
+    raise SolverError(f"no stable equilibrium of {rod.nodes} nodes found within {most} descent steps")
 
 
 def _softest(problem: Statics, state: RodState) -> Array:
@@ -238,8 +244,15 @@ def _from_coarse(rod: Rod) -> RodState | None:
     return state if line.index == 0 and name(rod, state) == wanted else None
 
 
+def at_rest(scene: Scene) -> Scene:
+    """The scene without its ramp: what its equilibria depend on."""
+    return replace(scene, rate=1.0, stop=None, hold=0.0, damping=0.0)
+
+
 def start_state(rod: Rod) -> RodState:
     """The stable equilibrium that the scene starts from.
+
+    It is kept: the runs of a diagram differ in their ramps alone, and start from one state.
 
     Raises
     ------
@@ -248,6 +261,12 @@ def start_state(rod: Rod) -> RodState:
     SolverError
         If the pre-deformation fails.
     """
+    return _start_of(at_rest(rod.scene), rod.nodes, rod.clamp).copy()
+
+
+@lru_cache(maxsize=16)
+def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
+    rod = Rod(scene, nodes, clamp)
     rod.scene.require_isolated()
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:

@@ -6,15 +6,17 @@ from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.policy import interval
+from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold
 from ribbonfem.scene import Scene
 
+from . import plane
 from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state
 
 
+@verb
 def folds(
     scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -37,9 +39,11 @@ def folds(
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)
     found = ramp_folds(problem, start_state(rod), scene, default_steps(rod, steps))
-    return tuple(as_fold(problem, event.point) for event in found)
+    of = {"model": "der", "scene": scene, "policy": {"nodes": nodes, "clamp": clamp}}
+    return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
+@verb
 def normal_forms(
     scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
@@ -51,6 +55,7 @@ def normal_forms(
     return ramp_normal_forms(Statics(rod), start_state(rod), scene, default_steps(rod, steps))
 
 
+@verb
 def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = "centred") -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -60,6 +65,7 @@ def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = 
     return natural_frequencies(Statics(rod), start_state(rod), 0.0, count)
 
 
+@verb
 def equilibria(
     scene: Scene,
     *,
@@ -75,7 +81,22 @@ def equilibria(
     and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    within, control = interval("span", span), default_steps(rod, steps)
-    curve = whole_curve(Statics(rod), start_state(rod), within, control, unstable)
+    curve = whole_curve(Statics(rod), start_state(rod), span, default_steps(rod, steps), unstable)
     policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy)
+    return curve.as_branch(scene, policy, "der")
+
+
+@verb
+def leaves_plane(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    From the Hessian over what is across the plane, along the states from alpha = 0 in the
+    direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in `folds`.
+
+    Returns
+    -------
+    NaN where they do not lose it.
+    """
+    scene.require_planar("leaves_plane")
+    Rod(scene, nodes, clamp)
+    return plane.leaves_plane(scene, nodes, clamp)

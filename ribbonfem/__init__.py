@@ -6,19 +6,22 @@ Each model is a module with the verbs `folds`, `equilibria` and (the dynamic one
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
-
+from .names import public
+from .policy import PolicyError
 from .results import Branch, Fold, History, SolverError
-from .scene import Ribbon, Scene, SceneError
+from .scene import Ribbon, Scene, SceneError, SceneWarning
+
+__version__ = "0.1.0"
 
 __all__ = [
     "Branch",
     "Fold",
     "History",
+    "PolicyError",
     "Ribbon",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "SolverError",
     "delay",
     "elastica",
@@ -26,11 +29,7 @@ __all__ = [
     "quasilinear",
 ]
 
-_MODELS = ("quasilinear", "elastica", "kirchhoff", "delay")
-
-
-def __getattr__(name: str) -> ModuleType:
-    # the models pull in scikit-fem and compiled kernels: only when they are asked for
-    if name in _MODELS:
-        return import_module(f"{__name__}.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+# the models pull in scikit-fem and compiled kernels: only when they are asked for
+__getattr__, __dir__ = public(
+    __name__, __all__, dict.fromkeys(("quasilinear", "elastica", "kirchhoff", "delay"), ".")
+)

@@ -33,12 +33,15 @@ from ribbonfem.continuation.vibration import InertialProblem
 
 from .closed_form import closed_form_fold
 from .continuation import Event, Point, Problem, State, Steps
+from .policy import number, refuse
 from .results import Array, SolverError
 from .scene import Scene
 
 # where the outer solution starts (its series has lost 1e-12 there) and where it has left the fold
 _START, _LEFT = 30.0, 10.0
 _TERMS = 24
+# Lambda beyond which f is that of Airy's equation to 1e-8, and the first zero of Airy's function
+_AIRY, _FIRST_ZERO = 1e6, 2.338107410459767
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-12
 
 
@@ -97,7 +100,6 @@ def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
     return float(a @ s**power), float(-(a * power) @ s ** (power - 1.0))
 
 
-@lru_cache(maxsize=4096)
 def universal(damping: float) -> float:
     """f(Lambda), the time at which the solution of the normal form leaves to infinity.
 
@@ -115,8 +117,15 @@ def universal(damping: float) -> float:
     SolverError
         If the integration fails.
     """
-    if not 0.0 <= damping < math.inf:
-        raise ValueError(f"damping = {damping!r}: Lambda must be finite and not negative")
+    damping = number("damping", damping)
+    if damping < 0.0:
+        refuse("damping", damping, "Lambda must be finite and not negative")
+    # where inertia has no part in it any more it is Airy's equation
+    return _universal(damping) if damping <= _AIRY else _FIRST_ZERO * damping ** (2.0 / 3.0)
+
+
+@lru_cache(maxsize=4096)
+def _universal(damping: float) -> float:
     inertia, friction, unit = 1.0, damping, 1.0
     if damping > 1.0:
         inertia, friction, unit = damping ** (-5.0 / 3.0), 1.0, damping ** (2.0 / 3.0)
@@ -249,7 +258,7 @@ def product_from_frequencies(angles: Array, squares: Array, fold: float) -> floa
     """
     distance = fold - np.asarray(angles, dtype=np.float64)
     if distance.size < 2 or not np.all(np.abs(distance) > 0.0):
-        raise ValueError(f"angles = {angles!r}: at least two are needed, none of them at the fold")
+        refuse("angles", angles, "at least two are needed, none of them at the fold")
     ratio = np.asarray(squares) ** 2 / distance
     fit = np.polynomial.Polynomial.fit(np.sqrt(np.abs(distance)), ratio, min(3, distance.size - 1))
     return 0.25 * float(fit(0.0))
@@ -309,11 +318,15 @@ def predict(fold: NormalForm, rate: float, damping: float) -> Delay:
     ValueError
         If the ramp runs away from the fold, or damping is negative.
     """
+    if not isinstance(fold, NormalForm):
+        refuse("fold", fold, "a NormalForm is needed, as `normal_forms` of a model gives it")
+    rate, damping = number("rate", rate), number("damping", damping)
     scaled = fold.product * rate
     if not scaled > 0.0:
-        raise ValueError(
-            f"rate = {rate!r}: a ramp of this sign does not meet the fold at {fold.angle:.6g} rad from its "
-            "stable side"
+        refuse(
+            "rate",
+            rate,
+            f"a ramp of this sign does not meet the fold at {fold.angle:.6g} rad from its stable side",
         )
     tau = scaled**-0.2
     time = tau * universal(damping * tau)

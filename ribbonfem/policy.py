@@ -1,51 +1,259 @@
-"""Checks of policy values (mesh, method, step), with messages that name the value and what is allowed."""
+"""Checks of what a verb is given, with messages that name the value and what is allowed.
+
+`verb` makes a function a verb of a model: every keyword that the models share is checked in one
+place, before anything is computed, and a keyword that there is not is answered with those that
+there are.
+"""
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Sequence
-from numbers import Integral, Real
-from typing import cast
+import os
+import re
+from collections.abc import Callable, Sequence
+from functools import wraps
+from numbers import Integral
+from typing import Any, NoReturn, ParamSpec, TypeVar
+
+import numpy as np
+
+from .image import imaged
+from .results import SolverError
+from .scene import Ribbon, Scene, SceneError, as_number, shown, swapped
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+# steps of one run: at some 10 us each a run of hours
+MOST_STEPS = 1e9
+# rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
+_WIDEST = 20.0
+# the name of a state in a message
+_STATE = re.compile(r"(U[+-])?S[+-]")
 
 
 class PolicyError(ValueError):
     """A policy value that cannot be: names it, its value and what is allowed."""
 
 
-def whole_number(name: str, value: object, least: int) -> int:
-    """Return `value` as an int of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < least:
-        raise PolicyError(f"{name} = {value!r}: must be a whole number of at least {least}")
-    return int(value)
+class KeywordError(PolicyError, TypeError):
+    """A call that a verb does not take: an unknown keyword, or one too few; names those that there are."""
 
 
-def positive(name: str, value: object) -> float:
-    """Return `value` as a positive finite float."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0.0 < float(value) < math.inf:
-        raise PolicyError(f"{name} = {value!r}: must be a positive finite number")
-    return float(value)
+def refuse(name: str, value: object, allowed: str) -> NoReturn:
+    """Raise a `PolicyError` in the form that all of them have."""
+    raise PolicyError(f"{name} = {shown(value)}: {allowed}")
+
+
+def number(name: str, value: object) -> float:
+    """Return `value` as a finite float."""
+    try:
+        return as_number(value)
+    except ValueError as error:
+        raise PolicyError(f"{name} = {shown(value)}: {error}") from None
+
+
+def whole_number(name: str, value: object, least: int, most: int = 10**9) -> int:
+    """Return `value` as an int from `least` to `most`."""
+    whole = isinstance(value, Integral) and not isinstance(value, (bool, np.timedelta64))
+    if not whole or not least <= int(value) <= most:  # type: ignore[call-overload]
+        refuse(name, value, f"must be a whole number of at least {least}, and at most {most}")
+    return int(value)  # type: ignore[call-overload]
+
+
+def positive(name: str, value: object, most: float = math.inf) -> float:
+    """Return `value` as a positive finite float of at most `most`."""
+    try:
+        result = as_number(value)
+    except ValueError:
+        result = 0.0
+    if not 0.0 < result <= most:
+        end = "" if most == math.inf else f" of at most {most:g}"
+        refuse(name, value, f"must be a positive finite number{end}")
+    return result
+
+
+def within(name: str, value: object, low: float, high: float) -> float:
+    """Return `value` as a float of [low, high]."""
+    result = number(name, value)
+    if not low <= result <= high:
+        refuse(name, value, f"must be in [{low:g}, {high:g}]")
+    return result
 
 
 def choice(name: str, value: object, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of `allowed`."""
-    if value not in allowed:
-        raise PolicyError(f"{name} = {value!r}: must be one of {', '.join(map(repr, allowed))}")
-    return str(value)
+    if not isinstance(value, str) or value not in allowed:
+        refuse(name, value, f"must be one of {', '.join(map(repr, allowed))}")
+    return value
 
 
 def flag(name: str, value: object) -> bool:
     """Return `value` if it is True or False."""
-    if not isinstance(value, bool):
-        raise PolicyError(f"{name} = {value!r}: must be True or False")
-    return value
+    if not isinstance(value, (bool, np.bool_)):
+        refuse(name, value, "must be True or False")
+    return bool(value)
 
 
 def interval(name: str, value: object) -> tuple[float, float]:
-    """Return `value` as a pair of finite angles with 0 inside."""
+    """Return `value` as a pair of angles with 0 inside."""
     try:
-        low, high = (float(end) for end in cast(Sequence[float], value))
+        low, high = (as_number(end) for end in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise PolicyError(f"{name} = {value!r}: must be a pair of angles (rad)") from None
-    if not -math.inf < low < 0.0 < high < math.inf:
-        raise PolicyError(f"{name} = {value!r}: must have 0 inside and be finite")
+        refuse(name, value, "must be a pair of finite angles (rad)")
+    if not -_WIDEST <= low < 0.0 < high <= _WIDEST:
+        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad (not degrees)")
     return low, high
+
+
+def angle(name: str, value: object) -> float:
+    """Return `value` as an angle in rad."""
+    return within(name, value, -_WIDEST, _WIDEST)
+
+
+def local_error(name: str, value: object) -> float:
+    """Return `value` as a tolerance of positions, in L."""
+    return positive(name, value, 0.1)
+
+
+def a_scene(name: str, value: object) -> Scene:
+    """Return `value` if it is a `Scene`."""
+    if not isinstance(value, Scene):
+        refuse(name, value, "a Scene is needed")
+    return value
+
+
+def a_ribbon(name: str, value: object) -> Ribbon | None:
+    """Return `value` if it is a `Ribbon` or None."""
+    if value is not None and not isinstance(value, Ribbon):
+        refuse(name, value, "a Ribbon is needed, or None for the default one")
+    return value
+
+
+# keywords that mean one thing in every verb, and their checks
+CHECKS: dict[str, Callable[[str, Any], Any]] = {
+    "scene": a_scene,
+    "ribbon": a_ribbon,
+    "extensible": flag,
+    "configurations": flag,
+    "gyroscopic": flag,
+    "count": lambda name, value: whole_number(name, value, 1),
+    "span": interval,
+    "angle": angle,
+    "unstable": lambda name, value: whole_number(name, value, 0, 1000),
+    "every": lambda name, value: whole_number(name, value, 1),
+    "step": lambda name, value: None if value is None else positive(name, value),
+    "tolerance": lambda name, value: None if value is None else local_error(name, value),
+}
+
+
+def verb(function: Callable[P, T]) -> Callable[P, T]:
+    """Make a function a verb of a model: what it is called with is checked by `CHECKS`."""
+    return _checked(function, CHECKS)
+
+
+def call_of_a_scene(function: Callable[P, T]) -> Callable[P, T]:
+    """As `verb`, for what is asked of a scene and not of a model: its own policy is for it to check."""
+    return _checked(function, {"scene": a_scene})
+
+
+def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any]]) -> Callable[P, T]:
+    signature = inspect.signature(function)
+    taken = tuple(signature.parameters)
+    checks = {name: known[name] for name in taken if name in known}
+    what = f"{function.__module__.removesuffix('.verbs').removesuffix('.motion')}.{function.__name__}"
+
+    @wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> T:
+        for name, value in kwargs.items():
+            if name not in taken:
+                raise KeywordError(
+                    f"{name} = {shown(value)}: {what} has no such keyword; it takes {', '.join(taken)}"
+                )
+        try:
+            given = signature.bind(*args, **kwargs)
+        except TypeError as error:
+            raise KeywordError(f"{what}: {error}; it takes {', '.join(taken)}") from None
+        for name, value in given.arguments.items():
+            if name in checks:
+                given.arguments[name] = checks[name](name, value)
+        scene = given.arguments.get("scene")
+        if isinstance(scene, Scene) and scene.turned == "right":
+            return _of_the_image(function, given, scene)
+        return function(*given.args, **given.kwargs)
+
+    return checked
+
+
+def _of_the_image(function: Callable[..., Any], given: inspect.BoundArguments, scene: Scene) -> Any:
+    """What a function finds of the scene's image, mapped back; errors name the states of the scene."""
+    given.arguments["scene"] = scene.image
+    try:
+        return imaged(function(*given.args, **given.kwargs), scene)
+    except SceneError as error:
+        raise SceneError(_STATE.sub(lambda found: swapped(found[0]), str(error))) from None
+    except SolverError as error:
+        if error.history is not None:
+            error.history = imaged(error.history, scene)
+        raise
+
+
+def half_of_memory() -> float:
+    """Half of this machine's memory in bytes; infinite where it cannot be told."""
+    try:
+        return 0.5 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def require_memory(name: str, value: object, needed: float, what: str) -> None:
+    """Raise a `PolicyError` if what a policy value asks for needs more than half of the memory."""
+    most = half_of_memory()
+    if needed > most:
+        refuse(
+            name,
+            value,
+            f"{what} would need {needed:.3g} bytes, and at most {most:.3g} are allowed, half of the memory",
+        )
+
+
+def require_duration(scene: Scene, step: float | None, largest_turn: float, row: float) -> None:
+    """Refuse a run of more than `MOST_STEPS` steps, or whose rows do not fit in half of the memory.
+
+    Parameters
+    ----------
+    scene: with `stop`.
+    step: fixed, s; None for adaptive steps.
+    largest_turn: of the clamp in an adaptive step, rad.
+    row: bytes of what a step leaves.
+
+    Raises
+    ------
+    PolicyError, SceneError
+        Naming the step or, of adaptive runs, the field of the scene that makes the run so long.
+    """
+    stop = scene.require_stop()
+    ramp = abs(stop / scene.rate)
+    limit = f"at most {MOST_STEPS:g} are allowed"
+    if step is not None:
+        count = (ramp + scene.hold) / step
+        if not count <= MOST_STEPS:
+            refuse(
+                "step",
+                step,
+                f"the run of {ramp + scene.hold:.6g} s would need {count:.3g} steps, and {limit}",
+            )
+        require_memory("step", step, count * row, f"{count:.3g} steps")
+        return
+    turns = abs(stop) / largest_turn
+    if not turns <= MOST_STEPS:
+        raise SceneError(f"Scene.stop = {stop!r}: the ramp would need {turns:.3g} steps, and {limit}")
+    # a step as short as a snap asks for has to be more than rounding beside the time that has passed
+    most = 1e12 * scene.ribbon.inertial_time
+    for name, what, duration in (("rate", "turned", ramp), ("hold", "held", scene.hold)):
+        if not duration <= most:
+            raise SceneError(
+                f"Scene.{name} = {getattr(scene, name)!r}: the clamp would be {what} for {duration:.3g} s; "
+                f"at most {most:.3g} s (1e12 t*) are allowed, beyond which the steps of a snap are rounding"
+            )

@@ -13,9 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import Scene
+from .scene import Scene, as_number, shown
+from .values import Frozen, Value, html_table, short_policy, some_rows
+
+__all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "SolverError", "Value"]
 
 Array = NDArray[np.float64]
+
+# policy keywords that say on which mesh, and of what, a result was computed
+MESH = ("nodes", "clamp", "elements", "degree", "extensible")
+# a quantity has left its level once it is this far from it: rounding is not
+DEPARTED = 1e-6
 
 
 class SolverError(RuntimeError):
@@ -29,8 +37,8 @@ class SolverError(RuntimeError):
         self.history = history
 
 
-@dataclass(frozen=True)
-class Fold:
+@dataclass(frozen=True, repr=False, eq=False)
+class Fold(Value):
     """A saddle-node bifurcation in the angle.
 
     Attributes
@@ -38,15 +46,26 @@ class Fold:
     angle: alpha at the fold, rad.
     height: z(1/2)/L there.
     load: compressive end force times L^2/EI2 (sigma^2 of the quasi-linear beam).
+    model, scene, policy: what it is a fold of, by which model and on which mesh; of a bare Fold
+        "", None and {}.
     """
 
     angle: float
     height: float
     load: float
+    model: str = ""
+    scene: Scene | None = None
+    policy: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        of = f", {self.model}" if self.model else ""
+        return (
+            f"Fold(angle={float(self.angle)!r}, height={float(self.height)!r}, load={float(self.load)!r}{of})"
+        )
 
 
-@dataclass(frozen=True, repr=False)
-class Branch:
+@dataclass(frozen=True, repr=False, eq=False)
+class Branch(Value):
     """A connected curve of equilibria, one row a point, in the order of the curve.
 
     Attributes
@@ -58,7 +77,7 @@ class Branch:
     stable: (rows,) bool; a fold itself is never a row.
     folds: the folds met along the curve, in its order.
     configurations: (rows, nodes, 3) positions in L.
-    scene, policy: what it was made from.
+    scene, policy, model: what it was made from.
     """
 
     angle: Array
@@ -70,19 +89,33 @@ class Branch:
     configurations: Array
     scene: Scene
     policy: Mapping[str, Any] = field(default_factory=dict)
+    model: str = ""
 
     def __len__(self) -> int:
         return len(self.angle)
 
     def __repr__(self) -> str:
+        span = f"alpha {self.angle.min():.4g} .. {self.angle.max():.4g} rad" if len(self) else "empty"
+        folds = ", ".join(f"{fold.angle:.6g}" for fold in self.folds) or "none"
         return (
-            f"Branch({len(self)} points, alpha {self.angle.min():.4g} .. {self.angle.max():.4g} rad, "
-            f"{len(self.folds)} folds, policy={dict(self.policy)})"
+            f"Branch({self.model or 'any model'}, {len(self)} points, {span}, "
+            f"{int(np.count_nonzero(self.stable))} stable;\n"
+            f"  folds at {folds} rad;\n"
+            f"  {short_policy(self.policy)})"
         )
 
+    def _repr_html_(self) -> str:
+        columns = ("alpha (rad)", "z(1/2)/L", "slope", "load (EI2/L^2)", "stable")
+        rows = [
+            [float(c[k]) for c in (self.angle, self.height, self.slope, self.load)]
+            + ["yes" if self.stable[k] else "no"]
+            for k in some_rows(len(self))
+        ]
+        return html_table(repr(self), columns, rows)
 
-@dataclass(frozen=True, repr=False)
-class History:
+
+@dataclass(frozen=True, repr=False, eq=False)
+class History(Value):
     """A motion, one row an accepted step.
 
     Attributes
@@ -94,8 +127,12 @@ class History:
     energies: "kinetic", "elastic", "dissipated" and "work" (of the clamp), each (rows,), in
         EI2/L; kinetic + elastic + dissipated - work is constant in an exact solution.
     configurations: "positions" (rows, nodes, 3) in L, and what else the model has.
-    stats: steps, newton_iterations, rejected, seconds (of the solve alone).
-    scene, policy: what it was made from.
+    stats: steps, newton_iterations, rejected, seconds (of the solve alone); of planar runs of `elastica`
+        and `der` "leaves_plane", the angle (rad) at which the state at rest loses its stability out
+        of the plane: beyond it the motion is not the ribbon's.  NaN where it does not before `stop`.
+    scene, policy, model: what it was made from.
+    load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
+        quasi-linear beam); NaN where the program that made the history does not say.
     """
 
     time: Array
@@ -107,21 +144,45 @@ class History:
     stats: Mapping[str, float]
     scene: Scene
     policy: Mapping[str, Any] = field(default_factory=dict)
+    model: str = ""
+    load: Array = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.load is None:
+            object.__setattr__(self, "load", np.full(len(self.time), np.nan))
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.time)
 
     def __repr__(self) -> str:
+        if not len(self):
+            return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
+        snap = self.crossing()
+        leaves = self.stats.get("leaves_plane", np.nan)
         return (
-            f"History({len(self)} rows, {self.time[-1]:.4g} s, alpha {self.angle[0]:.4g} .. "
-            f"{self.angle[-1]:.4g} rad, policy={dict(self.policy)})"
+            f"History({self.model or 'any model'}, {len(self)} rows, {self.time[-1]:.4g} s, alpha "
+            f"{self.angle[0]:.4g} .. {self.angle[-1]:.6g} rad, z(1/2) {self.height[0]:.4g} .. "
+            f"{self.height[-1]:.4g} L;\n"
+            + ("  no snap" if snap is None else f"  snap at {snap[1]:.6g} rad, {snap[0]:.6g} s")
+            + (f"; leaves its plane at {leaves:.6g} rad" if leaves == leaves else "")
+            + f"; {short_policy(self.policy)})"
         )
+
+    def _repr_html_(self) -> str:
+        columns = ("time (s)", "alpha (rad)", "z(1/2)/L", "slope")
+        rows = [
+            [float(c[k]) for c in (self.time, self.angle, self.height, self.slope)]
+            for k in some_rows(len(self))
+        ]
+        return html_table(repr(self), columns, rows)
 
     def crossing(self, quantity: str = "height", level: float = 0.0) -> tuple[float, float] | None:
         """Time and angle at which "height" or "slope" first crosses `level`.
 
-        Solved for on the cubic through the four rows around the crossing, so that its error is
-        of the integration and not of the grid of rows.
+        Counted only once the quantity has been further than 1e-6 from the level: at rest it may
+        lie on it, and rounding crosses it then.  Solved for on the cubic through the four rows
+        around the crossing, so that its error is of the integration and not of the grid of rows.
 
         Returns
         -------
@@ -130,21 +191,82 @@ class History:
         Raises
         ------
         ValueError
-            If `quantity` is not "height" or "slope".
+            If `quantity` is not "height" or "slope", or `level` no finite number.
         """
-        if quantity not in ("height", "slope"):
-            raise ValueError(f"quantity = {quantity!r}: must be 'height' or 'slope'")
+        if not isinstance(quantity, str) or quantity not in ("height", "slope"):
+            raise ValueError(f"quantity = {shown(quantity)}: must be 'height' or 'slope'")
+        try:
+            level = as_number(level)
+        except ValueError as error:
+            raise ValueError(f"level = {shown(level)}: {error}") from None
         values = np.asarray(getattr(self, quantity)) - level
-        change = np.flatnonzero(values[:-1] * values[1:] < 0.0)
-        exact = np.flatnonzero(values == 0.0)
-        if exact.size and not (change.size and change[0] < exact[0]):
-            return float(self.time[exact[0]]), float(self.angle[exact[0]])
-        if not change.size:
+        departed = np.flatnonzero(np.abs(values) > DEPARTED)
+        if not departed.size:
             return None
-        k = int(change[0])
-        rows = np.arange(max(k - 1, 0), min(k + 3, len(values)))
-        time = _cubic_root(self.time[rows], values[rows], float(self.time[k]), float(self.time[k + 1]))
+        side = values[departed[0]] > 0.0
+        beyond = np.flatnonzero((values[departed[0] :] <= 0.0) if side else (values[departed[0] :] >= 0.0))
+        if not beyond.size:
+            return None
+        k = int(departed[0] + beyond[0])
+        if values[k] == 0.0:
+            return float(self.time[k]), float(self.angle[k])
+        rows = _apart(self.time, k)
+        time = _cubic_root(self.time[rows], values[rows], float(self.time[k - 1]), float(self.time[k]))
         return time, float(np.interp(time, self.time, self.angle))
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class RestState(Value):
+    """One equilibrium of the ribbon.
+
+    Attributes
+    ----------
+    name: of the state as its signs say, "U+S+" and so on.
+    angle: alpha, rad.
+    height, slope: z(1/2)/L and the z-component of the tangent there.
+    force: (3,) n, the force in the rod in the fixed frame, EI2/L^2; the right clamp pulls with n.
+    energy: elastic, in EI2/L.
+    index: number of unstable directions; 0 is stable.
+    s: (nodes,) arclength of the nodes, in L.
+    positions: (nodes, 3) in L.
+    directors: (nodes, 3, 3), rows m1 (normal), m2 (width), m3 (tangent).
+    points: (points,) arclength of the rows of kappa1, kappa2 and tau.
+    kappa1, kappa2, tau: (points,) curvatures about m1 and m2, and twist, in 1/L.
+    scene: what it is a state of.
+    """
+
+    name: str
+    angle: float
+    height: float
+    slope: float
+    force: Array
+    energy: float
+    index: int
+    s: Array
+    positions: Array
+    directors: Array
+    points: Array
+    kappa1: Array
+    kappa2: Array
+    tau: Array
+    scene: Scene
+
+    def __repr__(self) -> str:
+        return (
+            f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
+            f"energy {self.energy:.6g} EI2/L, index {self.index})"
+        )
+
+
+def _apart(time: Array, k: int) -> NDArray[np.int64]:
+    """Two rows before the k-th and two from it on, leaving out those much closer than k - 1 and k are."""
+    least = 1e-3 * (time[k] - time[k - 1])
+    rows = [k - 1, k]
+    if k >= 2 and time[k - 1] - time[k - 2] > least:
+        rows.insert(0, k - 2)
+    if k + 1 < len(time) and time[k + 1] - time[k] > least:
+        rows.append(k + 1)
+    return np.array(rows)
 
 
 def _cubic_root(x: Array, y: Array, low: float, high: float) -> float:

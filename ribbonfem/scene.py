@@ -1,8 +1,8 @@
 """What happens to the ribbon: the statement of the problem, and nothing of how it is computed.
 
 The ribbon is clamped at both ends.  Its right clamp is moved to ``x = L - dL``, ``y = -dW`` and
-kept; the left clamp then turns about the y axis at a constant rate.  ``alpha > 0`` turns the
-left tangent *down* (``t = [cos a, 0, -sin a]``) and so drives a state with ``z > 0`` towards
+kept; the left clamp (or the right one) then turns about the y axis at a constant rate.  ``alpha > 0``
+turns the left tangent *down* (``t = [cos a, 0, -sin a]``) and so drives a state with ``z > 0`` towards
 ``z < 0``; this is the sign of the paper's three-dimensional boundary conditions (section 3.1),
 and the planar models follow it too.
 """
@@ -10,98 +10,46 @@ and the planar models follow it too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
-from numbers import Real
+import warnings
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from .ribbon import Ribbon, SceneError, SceneWarning, as_number, field_number, shown
+
+__all__ = [
+    "CLAMPS",
+    "PLANAR_STATES",
+    "RIBBON_STATES",
+    "Ribbon",
+    "Scene",
+    "SceneError",
+    "SceneWarning",
+    "as_number",
+    "shown",
+    "swapped",
+]
 
 PLANAR_STATES = ("U+", "U-")
+CLAMPS = ("left", "right")
 RIBBON_STATES = ("U+S+", "U+S-", "U-S+", "U-S-", "U+", "U-", "S+", "S-")
+# rad: three turns
+_TURNS = 6.0 * math.pi + 1e-6
+# |dW/L| up to which a rod of one stiffness turns as good as freely: the eigenvalue of that is some 10 dW^2
+_HARDLY = 1e-4
 
 
-class SceneError(ValueError):
-    """A field of a `Scene` or a `Ribbon` that cannot be: names the field, its value and what is allowed."""
-
-
-def _number(owner: str, name: str, value: object) -> float:
-    """Return `value` as a finite float, or raise a `SceneError` that names the field."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise SceneError(f"{owner}.{name} = {value!r}: a real number is needed, not {type(value).__name__}")
-    number = float(value)
-    if not math.isfinite(number):
-        raise SceneError(f"{owner}.{name} = {value!r}: a finite number is needed")
-    return number
-
-
-@dataclass(frozen=True, kw_only=True)
-class Ribbon:
-    """A thin elastic strip; the defaults are the paper's (section 5).
-
-    Parameters
-    ----------
-    length, width, thickness:
-        L, W and h in metres.
-    young:
-        Young's modulus in Pa.
-    density:
-        kg/m3.
-    bending_ratio:
-        EI1/EI2, bending about the surface normal (in the plane of the ribbon) over bending
-        about the width direction, the soft one.
-    twist_ratio:
-        GJ/EI2.
-
-    Raises
-    ------
-    SceneError
-        If any field is not a positive finite number.
-    """
-
-    length: float = 1.0
-    width: float = 0.2
-    thickness: float = 0.01
-    young: float = 1e8
-    density: float = 1000.0
-    bending_ratio: float = 400.0
-    twist_ratio: float = 1.4562
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            number = _number("Ribbon", item.name, getattr(self, item.name))
-            if number <= 0.0:
-                raise SceneError(f"Ribbon.{item.name} = {number!r}: must be greater than 0")
-            object.__setattr__(self, item.name, number)
-        for name in ("bending_stiffness", "stretch_ratio", "inertial_time"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise SceneError(
-                    f"Ribbon: length = {self.length!r}, width = {self.width!r}, "
-                    f"thickness = {self.thickness!r}, young = {self.young!r}, density = {self.density!r}: "
-                    f"{name} = {value!r} must be a positive finite number"
-                )
-
-    @property
-    def bending_stiffness(self) -> float:
-        """EI2 = E W h^3 / 12, the soft bending stiffness, in N m2."""
-        return self.young * self.width * self.thickness**3 / 12.0
-
-    @property
-    def stretch_ratio(self) -> float:
-        """EA L^2 / EI2 = 12 (L/h)^2."""
-        return 12.0 * (self.length / self.thickness) ** 2
-
-    @property
-    def inertial_time(self) -> float:
-        """t* = sqrt(rho h L^4 / B) with B = EI2 / W, in seconds (paper, section 4.2)."""
-        return math.sqrt(12.0 * self.density / self.young) * self.length**2 / self.thickness
-
-    @property
-    def rotary_inertia(self) -> float:
-        """Inertia about the tangent over rho A L^2: (W^2 + h^2) / (12 L^2)."""
-        return (self.width**2 + self.thickness**2) / (12.0 * self.length**2)
+def swapped(name: str) -> str:
+    """The name of a state with the sign of S exchanged."""
+    return (
+        name.translate(str.maketrans("+-", "-+"))
+        if name[:1] == "S"
+        else (name[:3] + name[3:].translate(str.maketrans("+-", "-+")))
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """A pre-deformed ribbon whose left clamp is turned.
+    """A pre-deformed ribbon of which one clamp is turned.
 
     At t = 0 the ribbon is at rest in the equilibrium `start`; the clamp's angular speed jumps
     to `rate`, and at the angle `stop` it jumps back to 0.  Nothing is smoothed.
@@ -126,6 +74,10 @@ class Scene:
         nu in 1/s: a force -nu M v.
     ribbon:
         The `Ribbon`.
+    turned:
+        The clamp that is turned, "left" or "right".  The right one is held at t = [cos a, 0, +sin a],
+        so that alpha > 0 still drives U+ towards U-; then U+S- has two folds and U+S+ one
+        (`ribbonfem.image`).
 
     Raises
     ------
@@ -141,12 +93,15 @@ class Scene:
     hold: float = 0.0
     damping: float = 1.0
     ribbon: Ribbon = field(default_factory=Ribbon)
+    turned: str = "left"
 
     def __post_init__(self) -> None:
+        if not isinstance(self.turned, str) or self.turned not in CLAMPS:
+            raise SceneError(f"Scene.turned = {shown(self.turned)}: must be 'left' or 'right'")
         for name in ("compression", "shear", "rate", "hold", "damping"):
-            object.__setattr__(self, name, _number("Scene", name, getattr(self, name)))
+            object.__setattr__(self, name, field_number("Scene", name, getattr(self, name)))
         if not isinstance(self.ribbon, Ribbon):
-            raise SceneError(f"Scene.ribbon = {self.ribbon!r}: a Ribbon is needed")
+            raise SceneError(f"Scene.ribbon = {shown(self.ribbon)}: a Ribbon is needed")
         if not 0.0 < self.compression < 1.0:
             raise SceneError(f"Scene.compression = {self.compression!r}: must be in (0, 1)")
         # the chord over L: the ribbon has to be slack to buckle at all
@@ -157,15 +112,17 @@ class Scene:
                 f"must be below {limit:.6g}, where the chord is as long as the ribbon"
             )
         if not isinstance(self.start, str):
-            raise SceneError(f"Scene.start = {self.start!r}: the name of a state is needed (a string)")
+            raise SceneError(f"Scene.start = {shown(self.start)}: the name of a state is needed (a string)")
         allowed = RIBBON_STATES if self.shear else PLANAR_STATES
         if self.start not in allowed:
             what = "this sheared scene" if self.shear else "a scene with shear = 0"
-            raise SceneError(f"Scene.start = {self.start!r}: the states of {what} are {', '.join(allowed)}")
+            raise SceneError(
+                f"Scene.start = {shown(self.start)}: the states of {what} are {', '.join(allowed)}"
+            )
         if self.rate == 0.0:
             raise SceneError("Scene.rate = 0.0: must not be zero")
         if self.stop is not None:
-            stop = _number("Scene", "stop", self.stop)
+            stop = field_number("Scene", "stop", self.stop)
             object.__setattr__(self, "stop", stop)
             if stop == 0.0 or (stop > 0.0) != (self.rate > 0.0):
                 side = "> 0" if self.rate > 0.0 else "< 0"
@@ -175,6 +132,38 @@ class Scene:
         for name in ("hold", "damping"):
             if getattr(self, name) < 0.0:
                 raise SceneError(f"Scene.{name} = {getattr(self, name)!r}: must not be negative")
+        if self.stop is not None and abs(self.stop) > _TURNS:
+            warnings.warn(
+                f"Scene.stop = {self.stop!r} rad is {abs(self.stop) / (2.0 * math.pi):.3g} turns: "
+                "angles are in rad, not in degrees",
+                SceneWarning,
+                stacklevel=3,
+            )
+
+    @cached_property
+    def image(self) -> Scene:
+        """The scene with the other clamp turned, whose motion is this one's image: S changes its sign."""
+        return replace(self, start=swapped(self.start), turned="left" if self.turned == "right" else "right")
+
+    @cached_property
+    def mirror(self) -> Scene:
+        """The mirror image z -> -z: U changes its sign and the clamp turns the other way."""
+        start = self.start.translate(str.maketrans("+-", "-+")) if len(self.start) == 2 else self.start
+        if len(self.start) == 4:
+            start = f"U{'-' if self.start[1] == '+' else '+'}{self.start[2:]}"
+        elif self.start[0] == "S":
+            start = self.start
+        return replace(self, start=start, rate=-self.rate, stop=None if self.stop is None else -self.stop)
+
+    @cached_property
+    def scaled_rate(self) -> float:
+        """The rate times t*: rad."""
+        return self.rate * self.ribbon.inertial_time
+
+    @cached_property
+    def scaled_damping(self) -> float:
+        """The damping times t*: nu t* of the paper."""
+        return self.damping * self.ribbon.inertial_time
 
     @property
     def planar(self) -> bool:
@@ -186,12 +175,28 @@ class Scene:
         if not self.planar:
             raise SceneError(f"Scene.shear = {self.shear!r}: {model} is planar and takes only shear = 0")
 
+    @property
+    def isolated(self) -> bool:
+        """Whether the states are isolated: a rod of one stiffness, hardly sheared, turns freely."""
+        return abs(self.shear) >= _HARDLY or not self.ribbon.one_stiffness
+
     def require_isolated(self) -> None:
-        """Raise a `SceneError` if the states are not isolated: a rod of one stiffness without shear."""
-        if self.planar and self.ribbon.bending_ratio == 1.0:
+        """Raise a `SceneError` if the states are not isolated: a rod of one stiffness, hardly sheared."""
+        if not self.isolated:
             raise SceneError(
-                "Ribbon.bending_ratio = 1.0: without shear the buckled rod turns freely about the x axis, so "
-                "that no state of it is a stable equilibrium; another ratio, or a shear, is needed"
+                f"Ribbon.bending_ratio = {self.ribbon.bending_ratio!r}: without a shear, of {_HARDLY:g} at "
+                "least, the buckled rod turns freely about the x axis, so that no state of it is a stable "
+                "equilibrium; another ratio, or a shear, is needed"
+            )
+
+    def require_buckled(self) -> None:
+        """Raise a `SceneError` if the ribbon takes the compression up by its stretch, and stays flat."""
+        least = self.ribbon.euler_shortening
+        if self.compression <= least:
+            h = self.ribbon.thickness / self.ribbon.length
+            raise SceneError(
+                f"Scene.compression = {self.compression!r}: a ribbon that stretches, h/L = {h:.4g}, stays "
+                f"flat up to {least:.6g}, Euler's load; it must be larger for a state {self.start}"
             )
 
     def require_stop(self) -> float:

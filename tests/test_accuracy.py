@@ -6,11 +6,12 @@ import pytest
 
 import der
 from compare.__main__ import main as command
-from compare.face.report import write_section
 from compare.questions.accuracy import question as accuracy
 from compare.questions.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
 from compare.questions.accuracy.fronts import Choice, distance, front, ranking
 from compare.questions.accuracy.references import buckled, reference, small_slopes
+from compare.questions.registry import publish
+from compare.sweep import Sweep
 from ribbonfem import Scene, elastica, quasilinear
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")
@@ -24,9 +25,13 @@ def choice(label, seconds, error, default=False, **policy):
 @pytest.fixture(scope="module")
 def beam(tmp_path_factory):
     out = tmp_path_factory.mktemp("accuracy")
-    section = accuracy.main(out=out, group="static-planar", model="quasilinear", rounds=1, processes=1)
-    write_section(section, out)
-    return out, section
+    found = accuracy.main(group="static-planar", model="quasilinear", rounds=1, sweep=Sweep(processes=1))
+    return out, publish(accuracy.QUESTION, found, out)[0]
+
+
+def alone(key):
+    found = accuracy.main(row=key, rounds=1, sweep=Sweep(processes=1))
+    return accuracy.QUESTION.section(found)
 
 
 def test_a_small_report(beam):
@@ -49,13 +54,13 @@ def test_a_small_report(beam):
 
 @pytest.mark.parametrize("which", [0, -1])
 def test_a_row_computed_alone_is_the_same(beam, which):
-    out, section = beam
+    _, section = beam
     record = section.values["rows"][which]
     assert record["command"] == f"ribbonfem accuracy --row {record['key']}"
-    alone = accuracy.main(out=out, row=record["key"], rounds=1, processes=1)
-    assert alone.name == "accuracy-row"
-    assert alone.values["row"]["errors"] == record["errors"]
-    assert alone.values["row"]["values"] == record["values"]
+    single = alone(record["key"])
+    assert single.name == "accuracy-row"
+    assert single.values["row"]["errors"] == record["errors"]
+    assert single.values["row"]["values"] == record["values"]
 
 
 def test_the_command_of_a_row_runs_and_leaves_the_report(beam, capsys):
@@ -70,9 +75,15 @@ def test_the_command_of_a_row_runs_and_leaves_the_report(beam, capsys):
 
 def test_a_second_run_is_compared_with_the_first(beam):
     out, _ = beam
-    again = accuracy.main(
-        out=out, group="static-planar", model="quasilinear", rounds=1, processes=1, orders=False
+    found = accuracy.main(
+        group="static-planar",
+        model="quasilinear",
+        rounds=1,
+        orders=False,
+        before=out / "accuracy.json",
+        sweep=Sweep(processes=1),
     )
+    again = accuracy.QUESTION.section(found)
     assert again.values["ranking"]["error_change"] == 0.0
     assert again.values["ranking"]["pairs"] == 15
     assert any("the run before" in line for line in again.text)
@@ -80,7 +91,7 @@ def test_a_second_run_is_compared_with_the_first(beam):
 
 def test_a_row_in_motion():
     key = "dynamic-planar/0.40-rate1-nu0.1/quasilinear/elements=16,method=tr-bdf2,tolerance=1e-05"
-    section = accuracy.main(out=None, row=key, rounds=1, processes=1)
+    section = alone(key)
     errors = section.values["row"]["errors"]
     assert set(errors) == {"snap", "shape", "energy", "balance"}
     assert 1e-6 < errors["snap"] < 1e-3
@@ -120,9 +131,9 @@ def test_defaults_are_those_of_the_models():
         ({"rounds": 0}, "rounds = 0"),
     ],
 )
-def test_options_that_cannot_be(options, named, tmp_path):
+def test_options_that_cannot_be(options, named):
     with pytest.raises(ValueError, match=named):
-        accuracy.main(out=tmp_path, **options)
+        accuracy.main(**options)
 
 
 def test_front_and_distance():

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.face.report import write_section
+import der
+from compare.face.report import PAGE
 from compare.questions.folds import question as folds
 from compare.questions.folds import shear as shear_figures
-from der.rod import Rod
-from der.states import stable_states
+from compare.questions.registry import publish
+from compare.sweep import Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
 
 SKIPPED = Scene(compression=0.35, shear=0.40)
@@ -29,8 +30,7 @@ def section(tmp_path_factory):
         patch.setattr(shear_figures, "LINES", (0.1, 0.2, 0.4, 0.65))
         patch.setattr(shear_figures, "COMPRESSIONS", (0.4,))
         patch.setattr(shear_figures, "TABULATED", (0.40, 0.60))
-        made = folds.main(
-            out=out,
+        found = folds.main(
             elements=12,
             nodes=(51, 71, 101),
             swept=(0.37, 0.40),
@@ -38,8 +38,9 @@ def section(tmp_path_factory):
             columns=2,
             rows=3,
             phase_step=0.2,
-            processes=1,
+            sweep=Sweep(processes=1),
         )
+        made, _ = publish(folds.QUESTION, found, out)
     return made, out
 
 
@@ -100,7 +101,7 @@ def test_bound_has_its_sign_and_value_in_both_models(section, compression, shear
 
 def test_rod_bound_needs_a_saddle():
     with pytest.raises(SolverError, match="no saddle"):
-        folds.rod_bound(replace(SKIPPED, shear=0.43), 31)
+        der.skipping_bound(replace(SKIPPED, shear=0.43), nodes=31)
 
 
 def test_map_of_the_bound_is_that_of_single_scenes(section):
@@ -143,10 +144,10 @@ def test_rods_curvatures_tend_to_those_of_the_elements():
     order = np.argsort(state.points)
     errors = {}
     for nodes in (31, 61):
-        rod = Rod(scene, nodes)
-        s, *profiles = shear_figures.rod_profiles(rod, stable_states(rod)["U+S-"])
-        for name, values in zip(("kappa1", "kappa2", "tau"), profiles, strict=True):
-            line = np.interp(s, state.points[order], getattr(state, name)[order])
+        rod = der.state(scene, nodes=nodes)
+        for name in ("kappa1", "kappa2", "tau"):
+            values = getattr(rod, name)
+            line = np.interp(rod.points, state.points[order], getattr(state, name)[order])
             errors[name, nodes] = np.sqrt(np.mean((values - line) ** 2)) / np.abs(line).max()
     for name in ("kappa1", "kappa2", "tau"):
         assert errors[name, 61] < 4e-3, errors
@@ -177,10 +178,10 @@ def test_report_has_its_pictures_and_plain_values(section):
     for table in made.tables:
         assert all(len(row) == len(table.columns) for row in table.cells())
     json.dumps(made.values)
-    assert write_section(made, out).read_text().count("data:image/png;base64,") == 5
+    assert (out / PAGE).read_text(encoding="utf-8").count("data:image/png;base64,") == 5
 
 
 @pytest.mark.parametrize("policy", [{"nodes": (51, 101)}, {"columns": 1}, {"phase_step": 0.0}])
-def test_refusals(tmp_path, policy):
+def test_refusals(policy):
     with pytest.raises(ValueError, match=next(iter(policy))):
-        folds.main(out=tmp_path, **policy)
+        folds.main(**policy)

@@ -1,14 +1,16 @@
 import numpy as np
-import pytest
 
-from compare.questions import cases, delay, speed
-from compare.sweep import pool
+from compare.questions import delay, speed
+from compare.questions.cases import question as cases
+from compare.questions.registry import publish
+from compare.sweep import Sweep
 
 
 def test_delay_against_theory(tmp_path):
-    section = delay.main(out=tmp_path, systems="beam", dampings=(1e-3, 1e3), decades=2, processes=1)
+    found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
+    section, _ = publish(delay.QUESTION, found, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
-    assert len(cells) == 18
+    assert len(cells) == 24
     for cell in cells.values():
         assert cell["measured"] is not None, cell
     # models that share no mechanics agree on the delay of a slow ramp
@@ -41,14 +43,14 @@ def test_a_case_is_settled_and_a_sensitive_one_would_be_named():
     limit, uncertainty = verdict.second
     assert abs(limit - verdict.runs[1].second) < 0.02
     assert 0 < uncertainty < 5e-3
-    runs = [cases.Run("a", kind, None, None, "", 0.0) for kind in ("type 1", "type 2", "type 2")]
+    runs = [cases.CaseRun("der", "a", kind, None, None, "", 0.0) for kind in ("type 1", "type 2", "type 2")]
     assert len({run.outcome for run in runs}) > 1
 
 
 def test_selection_ends_in_the_papers_states():
     for case in cases.CASES:
         if case.kind == "selection" and case.scene.damping >= 10.0 and case.scene.rate >= 1.0:
-            run, _ = cases._one(case, "", {"nodes": 31, "tolerance": 1e-4})
+            run, _ = cases._one(case, "", "der", {"nodes": 31, "tolerance": 1e-4})
             assert run.outcome == case.paper, (case.label, run)
 
 
@@ -56,14 +58,3 @@ def test_parts_of_an_iteration_add_up():
     parts = speed.parts_of_an_iteration(21)
     assert parts["forces and Hessian"] > parts["forces"] > 0.0
     assert speed.reference_kernel() > 0.0
-
-
-def square(x):
-    return x * x
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_pool_keeps_the_order(processes):
-    assert list(pool.in_parallel(square, list(range(7)), processes)) == [0, 1, 4, 9, 16, 25, 36]
-    with pytest.raises(ValueError, match="processes = 0"):
-        next(pool.in_parallel(square, [1, 2], 0))

@@ -75,3 +75,13 @@ def test_normal_forms_of_rods_and_elements():
     form = der.normal_forms(scene, nodes=51)[0]
     measured = der.simulate(scene, nodes=51, configurations=False).crossing()[1] - form.angle
     assert abs(measured / delay.predict(form, 1e-5, 1e3).angle - 1) < 0.02
+
+
+def test_load_is_a_column_of_every_motion():
+    ramp = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.3)
+    rod, elements = der.simulate(ramp, nodes=101), kirchhoff.simulate(ramp, extensible=True)
+    assert rod.load[0] == pytest.approx(elements.load[0], rel=2e-3)
+    # along a slow ramp the ringing of the start dies out
+    at = [float(np.interp(0.25, history.angle, history.load)) for history in (rod, elements)]
+    assert at[0] == pytest.approx(at[1], rel=5e-3)
+    assert rod.load[0] == pytest.approx(-der.state(ramp, nodes=101).force[0], rel=1e-8)

@@ -101,7 +101,7 @@ def test_multiplier_does_not_chatter(model, method):
     case = replace(SCENE, stop=1.0, damping=0.0)
     for step in (0.01, 0.005):
         history = model.simulate(case, elements=SMALL[model], method=method, step=step)
-        load = history.configurations["load"]
+        load = history.load
         alternating = load[1:-1] - (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
         assert np.abs(alternating)[4:].mean() < 3e-4 * load.mean()
 

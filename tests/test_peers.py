@@ -4,17 +4,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.face.report import write_section
 from compare.peers import auto as peer_auto
 from compare.peers import exudyn as peer_exudyn
 from compare.peers import pyelastica as peer_pyelastica
-from compare.questions import peers
+from compare.questions.peers import attempts as peers
+from compare.questions.peers import question
+from compare.questions.registry import publish
 from ribbonfem import Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.closed_form import euler
 
 
 def _run(error, seconds, mesh=10, step="0.01 s", note=""):
-    return peers.Run("code", f"{mesh} quadratic", step, lambda: (error, seconds), error, seconds, note=note)
+    return peers.Attempt(
+        "code", f"{mesh} quadratic", step, lambda: (error, seconds), error, seconds, note=note
+    )
 
 
 def test_cheapest_is_the_quickest_of_the_good():
@@ -38,8 +41,8 @@ def test_alternate_takes_ratios_within_a_round():
     slow = iter([1.0, 2.0, 1.0])
     slower = iter([3.0, 6.0, 4.0])
     runs = [
-        peers.Run("a", "", "", lambda: (0.0, next(slow))),
-        peers.Run("b", "", "", lambda: (0.0, next(slower))),
+        peers.Attempt("a", "", "", lambda: (0.0, next(slow))),
+        peers.Attempt("b", "", "", lambda: (0.0, next(slower))),
     ]
     peers.alternate(runs, 3)
     assert runs[0].ratio == (1.0, 1.0, 1.0)
@@ -50,10 +53,10 @@ def test_a_failure_is_a_row():
     def go():
         raise SolverError("it stopped\nfor some reason")
 
-    run = peers.Run("code", "10 elements", "0.1 s", go)
+    run = peers.Attempt("code", "10 elements", "0.1 s", go)
     assert run.once() is None
-    assert run.row()[-1] == "it stopped"
-    assert not run.done
+    assert run.timing().row()[-1] == "it stopped"
+    assert not run.timing().done
 
 
 def test_closed_form_shape_is_the_elastica():
@@ -140,8 +143,7 @@ def test_the_rest_runs_without_peers(monkeypatch, tmp_path):
     monkeypatch.setattr(peers, "planar_truth", lambda extensible=True: 1.1595506 if extensible else 1.159895)
     monkeypatch.setattr(peers, "ribbon_truth", lambda: 0.60642)
     monkeypatch.setattr(peers, "RODS", (51,))
-    section = peers.main(out=tmp_path, rounds=1)
-    write_section(section, tmp_path)
+    section, _ = publish(question.QUESTION, question.main(rounds=1), tmp_path)
     assert section.values["missing"] == ["it is not installed"] * 3
     assert (tmp_path / "peers.png").exists()
     assert {row["code"] for row in section.values["planar"]} == {"elastica FEM", "elastica FEM, EA", "DER"}

@@ -136,7 +136,6 @@ def test_shapes_are_compared_where_they_have_points():
     [
         (elastica, "fold", {"nodes": (11, 21, 41)}, {}, "nodes = .*elastica.folds takes elements"),
         (der, "fold", {"step": (1e-2, 5e-3, 1e-3)}, {}, "step = .*der.folds takes nodes"),
-        (kirchhoff, "snap", {"elements": (8, 12, 16)}, {}, "kirchhoff.*static"),
         (elastica, "fold", {"elements": (8, 16, 32)}, {"clamp": "centred"}, "clamp = 'centred'"),
         (elastica, "fold", {"elements": (8, 16)}, {}, "3 different values"),
         (elastica, "fold", {"elements": (8, 16, 32), "step": (1, 2, 3)}, {}, "a mapping of one of"),

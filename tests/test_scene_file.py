@@ -29,7 +29,7 @@ def test_a_file_is_a_scene(tmp_path):
     assert scene == Scene(
         compression=0.40, shear=0.0, start="U+", rate=0.1, stop=1.4, ribbon=Ribbon(thickness=0.005)
     )
-    assert read_scene(written(tmp_path, "")) == Scene()
+    assert read_scene(written(tmp_path, "hold = 0")) == Scene()
 
 
 @pytest.mark.parametrize(
@@ -42,6 +42,10 @@ def test_a_file_is_a_scene(tmp_path):
         ("rate = true", "Scene.rate = True"),
         ("[ribbon]\nwidth = -1", "Ribbon.width = -1.0"),
         ("rate =", "not a TOML file"),
+        ("", "empty: a scene file holds"),
+        ("# nothing", "empty: a scene file holds"),
+        ("rate = 1" + 5000 * "0", "scene.toml"),
+        ("rate = " + 3000 * "[" + 3000 * "]", "scene.toml"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, text, message):

@@ -5,7 +5,8 @@ import pytest
 
 import der
 from compare.questions.stability import hard_cases, hard_statics
-from compare.questions.stability import question as stability
+from compare.questions.stability import judging as stability
+from compare.questions.stability.confirmations import CONFIRMED
 from compare.questions.stability.hard_cases import CASES, KNOWN, OWN, Hard
 from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.results import Branch, Fold
@@ -147,7 +148,7 @@ def test_a_motion_that_cannot_be_and_completes_is_wrong():
 
 
 def test_a_reference_is_confirmed():
-    asked = next(c for c in stability.CONFIRMED if c.method == "verlet")
+    asked = next(c for c in CONFIRMED if c.method == "verlet")
     found = stability.confirm(asked)
     assert found.error < 0.1 * found.allowed, found
 

@@ -6,7 +6,8 @@ In order of cost:
 * no run: the planar fold and its delay are known in closed form and from a table;
 * the quasi-linear beam, where dL/L is small and the stretch does not count;
 * the elastica, where the scene is planar and stays so: with bending and twisting stiffness above
-  a bound its out-of-plane mode is stable up to the fold, below it the rod is asked;
+  a bound its out-of-plane mode is stable up to the fold, below it the elastica's own second variation
+  is asked; a scene that leaves its plane is refused;
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
   that a run would have to follow a long vibration which cannot carry it over the barrier;
 * discrete rods on two or more meshes, extrapolated; the run reads its error off the meshes and goes
@@ -23,15 +24,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 import der
-from ribbonfem import History, Scene, elastica, kirchhoff, quasilinear
+from ribbonfem import History, Scene, SceneError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import NormalForm
-from ribbonfem.policy import choice, flag, positive
-from ribbonfem.results import Branch
+from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
+from ribbonfem.results import Value
+from ribbonfem.values import html_table, short_policy
 
-from . import climb
+from . import at_rest, climb
 from .climb import CROSSINGS, Run, endless
 from .laws import Laws, beam_units, shipped
 
@@ -40,7 +40,7 @@ QUANTITIES = (*CROSSINGS, "fold")
 # Planar states are stable out of plane up to their fold, for dL/L up to the first number, if EI1/EI2 and
 # GJ/EI2 are at least the others: more stiffness only adds to the second variation.
 FLAT = (0.6, 20.0, 1.4)
-# error of the folds of the finite elements with their default meshes, rad
+# what a prediction leaves to the fold of the finite elements, rad
 _STATIC = 1e-6
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
@@ -50,8 +50,8 @@ _PRODUCT = 1.5e5
 _LONG, _FOLDS_SECONDS = 1.5e4, 1.0
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, repr=False, eq=False)
+class Answer(Value):
     """One number of a scene, and what may be wrong with it.
 
     Attributes
@@ -73,9 +73,18 @@ class Answer:
     runs: tuple[Run, ...]
     history: History | None
 
+    def __repr__(self) -> str:
+        found = "no such instant" if self.value is None else f"{self.value:.9g} rad"
+        kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
+        return f"Answer({found}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
-@dataclass(frozen=True)
-class Choice:
+    def _repr_html_(self) -> str:
+        rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]
+        return html_table(repr(self), ("model", "policy", "angle (rad)", "CPU s"), rows)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Choice(Value):
     """The cheapest way to a number that meets a tolerance.
 
     Attributes
@@ -101,6 +110,13 @@ class Choice:
     reason: str
     value: float | None = None
     motion: bool = False
+
+    def __repr__(self) -> str:
+        value = "" if self.value is None else f", {self.value:.9g} rad"
+        return (
+            f"Choice({self.model!r}{value} for {self.quantity!r} to {self.tolerance:g} rad; expected error "
+            f"{self.estimate:.1e}, {self.seconds:.2g} s;\n  {self.reason})"
+        )
 
     def run(self) -> Answer:
         """Do what was chosen.
@@ -130,6 +146,7 @@ class Choice:
         )
 
 
+@call_of_a_scene
 def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bool = False) -> Choice:
     """The cheapest model and resolution that give a number of a scene to a tolerance.
 
@@ -146,14 +163,25 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     PolicyError
         For a tolerance or a quantity that cannot be, or one that the scene does not have.
     SceneError
-        If the motion is asked for and the scene has no `stop`.
+        If the motion is asked for and the scene has no `stop`; if the ribbon stays flat, or a planar
+        one leaves its plane before its fold and the ramp's stop: a planar run would stay in it.
     """
-    wanted = positive("tolerance", tolerance)
+    wanted = positive("tolerance", tolerance, 1.0)
     choice("quantity", quantity, QUANTITIES)
+    for needed, letters in (("snap", "U"), ("first snap", "US")):
+        if quantity == needed and not all(letter in scene.start for letter in letters):
+            # a height, or a slope, that is zero at rest is crossed by rounding
+            there = " and ".join(letters)
+            refuse("quantity", quantity, f"needs a start with {there} in its name, not {scene.start!r}")
     if flag("motion", motion):
         choice("quantity", quantity, tuple(CROSSINGS))
         scene.require_stop()
+    # the reference of all errors stretches
+    scene.require_buckled()
+    scene.require_isolated()
     laws = shipped()
+    if scene.planar:
+        require_plane(scene)
     if quantity == "fold":
         return _fold(scene, wanted, laws)
     if scene.planar:
@@ -176,49 +204,43 @@ def _side(scene: Scene) -> float:
 
 
 def stays_planar(scene: Scene) -> bool:
-    """Whether a planar state is stable out of the plane all the way to its fold.
+    """Whether a planar state is stable out of the plane all the way to its fold, or the ramp's stop.
 
-    From a measured bound, or from the rod's curve of equilibria where that says nothing.
+    From a measured bound of ramps towards the fold, else from the elastica's second variation.
     """
     largest, bending, twisting = FLAT
     ribbon = scene.ribbon
-    if scene.compression <= largest and ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting:
+    stiff = ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting
+    if stiff and scene.compression <= largest and _upward(scene).rate > 0.0:
         return True
-    up = replace(_upward(scene), rate=1.0, stop=None)
-    branch = der.equilibria(up, nodes=31, span=(-0.01, 1.6), unstable=1)
-    return _stable_to_its_fold(branch)
+    return math.isnan(elastica.leaves_plane(scene, extensible=True))
 
 
-def _stable_to_its_fold(branch: Branch) -> bool:
-    """Whether the sheet of a curve that starts at angle 0 is stable up to its first fold at an angle > 0."""
-    begin = int(np.argmin(np.abs(branch.angle)))
-    if not branch.stable[begin]:
-        return False
-    ahead = [fold.angle for fold in branch.folds if fold.angle > 0.0]
-    fold = ahead[0] if ahead else math.inf
-    # the curve is listed in its order, which may run either way
-    for step in (1, -1):
-        rows = [begin]
-        while 0 <= rows[-1] + step < len(branch) and branch.angle[rows[-1] + step] > branch.angle[rows[-1]]:
-            rows.append(rows[-1] + step)
-        sheet = [row for row in rows if branch.angle[row] < 0.98 * fold]
-        if len(rows) > 1:
-            return bool(branch.stable[sheet].all())
-    return True
+def require_plane(scene: Scene) -> None:
+    """Raise a `SceneError` if the state at rest leaves the plane before the scene's stop, or its fold."""
+    if not stays_planar(scene):
+        leaves = elastica.leaves_plane(scene, extensible=True)
+        ribbon = scene.ribbon
+        raise SceneError(
+            f"Scene.shear = {scene.shear!r}: with bending_ratio = {ribbon.bending_ratio:.6g}, twist_ratio = "
+            f"{ribbon.twist_ratio:.6g} the planar state at rest is unstable out of its plane from "
+            f"{leaves:.6g} rad on, before it folds or the clamp stops; when it snaps depends on how far from "
+            "planar it is: a shear, as small as it may be, is needed"
+        )
 
 
 def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
-    if not (scene.planar and stays_planar(scene)):
-        reason = f"a ribbon in three dimensions: geometrically exact elements, to {_STATIC:g} rad"
-        return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, _STATIC, 0.5, reason)
+    if not scene.planar:
+        reason = "a ribbon in three dimensions: geometrically exact elements, refined until two meshes agree"
+        return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
     up = _upward(scene)
     if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
         value = _side(scene) * laws.planar.fold(up).angle
         if scene.stop is None or abs(value) < abs(scene.stop):
             reason = f"the planar fold is tabulated to {_TABULATED:g} rad"
             return Choice(scene, "fold", tolerance, "prediction", {}, _TABULATED, 1e-4, reason, value)
-    reason = f"planar and stable out of plane: the elastica's fold, to {_STATIC:g} rad"
-    return Choice(scene, "fold", tolerance, "elastica", {"extensible": True}, _STATIC, 0.1, reason)
+    reason = "planar and stable out of plane: the elastica's fold, refined until two meshes agree"
+    return Choice(scene, "fold", tolerance, "elastica", {"extensible": True}, tolerance, 0.1, reason)
 
 
 def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
@@ -227,9 +249,6 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     ) -> Choice:
         return Choice(scene, "snap", tolerance, model, policy, error, seconds, reason, motion=motion, **more)
 
-    if not stays_planar(scene):
-        reason = "planar, but unstable out of the plane before its fold: rods, in three dimensions"
-        return _rods(scene, tolerance, "snap", motion, laws, reason)
     up, side = _upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
@@ -330,11 +349,8 @@ def _climbed(plan: Choice, first: int = 1) -> climb.Settled:
 def _static(plan: Choice) -> climb.Settled:
     """The last fold of finite elements."""
     model: Any = {"kirchhoff": kirchhoff, "elastica": elastica}[plan.model]
-    begin = time.process_time()
-    folds = model.folds(plan.scene, **plan.policy)
-    value = folds[-1].angle if folds else None
-    run = Run(plan.model, dict(plan.policy), value, time.process_time() - begin)
-    return climb.Settled(value, plan.estimate, False, (run,), None)
+    value, error, runs, _ = at_rest.folds(plan.model, model.folds, plan.scene, plan.tolerance)
+    return climb.Settled(value, error, False, runs, None)
 
 
 def _long_vibration(scene: Scene) -> bool:
@@ -358,9 +374,8 @@ def _slow(plan: Choice) -> climb.Settled:
 def _predicted(plan: Choice) -> climb.Settled | None:
     """The second snap of a slow Path 2 without a run; None where statics do not make it certain enough."""
     scene = replace(plan.scene, stop=None)
-    begin = time.process_time()
-    folds = kirchhoff.folds(scene, extensible=True)
-    if len(folds) != 2 or kirchhoff.skipping_bound(scene, extensible=True) >= 0.0:
+    fold, doubt, runs, folds = at_rest.folds("kirchhoff", kirchhoff.folds, scene, 0.3 * plan.tolerance)
+    if fold is None or len(folds) != 2 or kirchhoff.skipping_bound(scene, extensible=True) >= 0.0:
         return None
     # the product of the normal form needs no more than a coarse mesh
     forms = der.normal_forms(scene, nodes=51)
@@ -369,11 +384,10 @@ def _predicted(plan: Choice) -> climb.Settled | None:
     planar = shipped().planar
     delay = planar.delay(forms[-1], scene.rate, scene.damping)
     ratio = planar.typical_ratio(scene)
-    value = folds[-1].angle + ratio * delay
+    value = fold + ratio * delay
     # the correction is the planar beam's: of the right sign and size, and no better
-    error = _STATIC + abs(1.0 - ratio) * delay
+    error = doubt + abs(1.0 - ratio) * delay
     beyond = plan.scene.stop is not None and value + error > abs(plan.scene.stop)
     if error > plan.tolerance or beyond:
         return None
-    run = Run("kirchhoff", {"extensible": True}, value, time.process_time() - begin)
-    return climb.Settled(value, error, False, (run,), None)
+    return climb.Settled(value, error, False, runs, None)

@@ -9,7 +9,8 @@
     [ribbon]
     thickness = 0.005
 
-What is left out keeps its default.
+What is left out keeps its default; the ratios of a ribbon, `bending_ratio` and `twist_ratio`, follow
+from its section where they are left out.
 """
 
 from __future__ import annotations
@@ -20,10 +21,15 @@ from pathlib import Path
 from typing import Any
 
 from ribbonfem import Ribbon, Scene, SceneError
+from ribbonfem.scene import shown
+
+_FIELDS = ", ".join(item.name for item in fields(Scene) if item.name != "ribbon")
 
 
 def _known(owner: type[Scene] | type[Ribbon], table: dict[str, Any], path: Path) -> None:
-    names = [item.name for item in fields(owner)]
+    # the ratios of a ribbon are given by name, and kept in one field
+    ratios = ["bending_ratio", "twist_ratio"] if owner is Ribbon else []
+    names = [item.name for item in fields(owner) if item.name != "ratios"] + ratios
     for name in table:
         if name not in names:
             raise SceneError(f"{path}: {owner.__name__}.{name} is not a field; they are {', '.join(names)}")
@@ -39,15 +45,23 @@ def read_scene(path: Path | str) -> Scene:
     OSError
         If the file cannot be read.
     """
-    path = Path(path)
     try:
-        table = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: not a TOML file: {error}") from error
+        path = Path(path)
+    except TypeError:
+        raise SceneError(f"{shown(path)}: the path of a scene file is needed") from None
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        # of the syntax, the encoding, or numbers longer than Python reads
+        raise SceneError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from error
+    if not table:
+        raise SceneError(
+            f"{path}: empty: a scene file holds fields of Scene, {_FIELDS}, and a table [ribbon]"
+        )
     _known(Scene, table, path)
     ribbon = table.pop("ribbon", {})
     if not isinstance(ribbon, dict):
-        raise SceneError(f"{path}: Scene.ribbon = {ribbon!r}: a table of the fields of Ribbon is needed")
+        raise SceneError(f"{path}: Scene.ribbon = {shown(ribbon)}: a table of the fields of Ribbon is needed")
     _known(Ribbon, ribbon, path)
     try:
         return Scene(ribbon=Ribbon(**ribbon), **table)

@@ -24,6 +24,8 @@ from scipy.optimize import brentq
 from ribbonfem import Scene
 from ribbonfem.policy import PolicyError, positive, whole_number
 from ribbonfem.results import Array
+from ribbonfem.results import Value as Record
+from ribbonfem.values import html_table
 
 from .quantities import (
     MESHES,
@@ -52,8 +54,8 @@ _ORDERS = (0.05, 20.0)
 Value = float | Array
 
 
-@dataclass(frozen=True)
-class Limit:
+@dataclass(frozen=True, eq=False)
+class Limit(Record):
     """Where a sequence of values goes as the size goes to zero.
 
     Attributes
@@ -146,8 +148,8 @@ def richardson(values: Sequence[Value], sizes: Sequence[float], expected: float 
     return Limit(limit, orders, verified, _size(np.subtract(limit, other)))
 
 
-@dataclass(frozen=True, repr=False)
-class Convergence:
+@dataclass(frozen=True, repr=False, eq=False)
+class Convergence(Record):
     """A quantity of a model under refinement, the coarsest first.
 
     Attributes
@@ -221,6 +223,12 @@ class Convergence:
 
     def __repr__(self) -> str:
         return f"Convergence({self.model}, {self.quantity!r}, {self.over}={self.at}, order {self.order:.3g})"
+
+    def _repr_html_(self) -> str:
+        skip = len(self.at) - len(self.orders)
+        orders = [""] * skip + [f"{order:.2f}" for order in self.orders]
+        rows = zip(self.at, self.sizes, self.dofs, map(float, self.errors), orders, strict=True)
+        return html_table(str(self).splitlines()[0], (self.over, "size", "dofs", "error", "order"), rows)
 
 
 def _over(name: str, verb: str, over: Mapping[str, Sequence[float]], least: int) -> tuple[str, list[Any]]:

@@ -5,7 +5,6 @@ Every measure goes through the verbs of a model and nothing else of it.
 
 from __future__ import annotations
 
-import inspect
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -16,17 +15,12 @@ from typing import Any, cast
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-import der
-from der import motion
-from ribbonfem import History, Scene, SolverError, elastica, kirchhoff, quasilinear
+from compare.models import DECLARED, MODELS
+from ribbonfem import History, Scene, SolverError, kirchhoff
+from ribbonfem.declared import defaults
 from ribbonfem.policy import PolicyError
-from ribbonfem.results import Array, Fold
-from ribbonfem.stepping.newmark import METHODS as BEAM_METHODS
-from ribbonfem.stepping.newmark import method_of
+from ribbonfem.results import Array, Fold, Value
 
-MODELS: Mapping[str, ModuleType] = MappingProxyType(
-    {"quasilinear": quasilinear, "elastica": elastica, "kirchhoff": kirchhoff, "der": der}
-)
 MESHES = ("elements", "nodes")
 # what a policy can be refined in
 REFINABLE = (*MESHES, "step", "tolerance")
@@ -62,10 +56,10 @@ def verb_of(name: str, verb: str) -> Callable[..., Any]:
     return cast(Callable[..., Any], found)
 
 
-def defaults_of(name: str, verb: str) -> dict[str, Any]:
+def defaults_of(name: str, verb: str) -> Mapping[str, Any]:
     """The policy names of a verb, with their defaults, from its signature."""
-    parameters = inspect.signature(verb_of(name, verb)).parameters.values()
-    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY}
+    verb_of(name, verb)
+    return defaults(MODELS[name], verb)
 
 
 def require_policy(name: str, verb: str, policy: Mapping[str, Any]) -> None:
@@ -85,53 +79,38 @@ def mesh_of(name: str, policy: Mapping[str, Any]) -> dict[str, Any]:
 def unknowns(name: str, policy: Mapping[str, Any], dynamic: bool) -> int:
     """Degrees of freedom of a model at rest or in motion, with the defaults for what is not given.
 
-    At rest: free dofs and multipliers.  In motion the elastica has positions and forces too.
+    At rest: free dofs and multipliers.  In motion elements have positions and forces too.
     """
-    verb = "simulate" if dynamic else "folds"
-    full = {**defaults_of(name, verb), **policy}
-    if name == "der":
-        return 4 * int(full["nodes"]) - 15
-    elements = int(full["elements"])
-    if name == "quasilinear":
-        return 2 * elements - 1
-    if name == "kirchhoff":
-        return 15 * elements
-    return 15 * elements - 3 if dynamic else 3 * elements + 1
+    declared = DECLARED[name]
+    full = {**defaults_of(name, "simulate" if dynamic else "folds"), **policy}
+    count = int(full[declared.mesh])
+    return declared.in_motion(count) if dynamic else declared.at_rest(count)
 
 
 def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene: Scene) -> float:
     """The size that goes to zero as `over` is refined: edge length (L), step (s) or tolerance (L)."""
-    if over == "elements":
-        return 1.0 / value
-    if over == "nodes":
-        return 1.0 / (value - 2 if policy.get("clamp", "centred") == "centred" else value - 1)
+    if over in MESHES:
+        return DECLARED[name].size({**policy, over: value})
     if over == "step" and name != "der" and scene.stop is not None:
-        # the beams shorten a step so that a whole number of them fits the ramp
+        # elements shorten a step so that a whole number of them fits the ramp
         ramp = scene.stop / scene.rate
         return ramp / math.ceil(ramp / value - 1e-9)
     return float(value)
 
 
 def order_of(name: str, over: str, policy: Mapping[str, Any]) -> float | None:
-    """The order that model or method declares; None for a tolerance.
-
-    Nodal values and angles: Gauss points of degree p give 2p = 6 (elastica) and 10 (kirchhoff),
-    cubic Hermite elements 4, rods 2 with the centred clamp and 1 with the other.
-    """
-    if over == "elements":
-        return {"quasilinear": 4.0, "elastica": 6.0, "kirchhoff": 10.0}[name]
-    if over == "nodes":
-        return 2.0 if policy.get("clamp", "centred") == "centred" else 1.0
+    """The order that model or method declares; None for a tolerance."""
+    declared = DECLARED[name]
+    if over in MESHES:
+        return declared.order(policy)
     if over == "step":
         method = str(policy.get("method", defaults_of(name, "simulate")["method"]))
-        if name == "der":
-            return float(motion.ORDERS[method])
-        return float(method_of(method).order) if method in BEAM_METHODS else None
+        return float(declared.methods[method]) if method in declared.methods else None
     return None
 
 
-@dataclass(frozen=True)
-class Shape:
+@dataclass(frozen=True, eq=False)
+class Shape(Value):
     """A configuration: arclength (points,) of material points in [0, 1] and positions (points, 3) in L."""
 
     s: Array
@@ -203,8 +182,8 @@ def balance_of(history: History) -> float:
     return float(np.abs(total - total[0]).max())
 
 
-@dataclass(frozen=True)
-class Rest:
+@dataclass(frozen=True, eq=False)
+class Rest(Value):
     """A start state at alpha = 0: its shape, elastic energy (EI2/L) and z(1/2)/L."""
 
     shape: Shape

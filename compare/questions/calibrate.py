@@ -1,11 +1,12 @@
-"""The measurements behind `compare.laws`: every number of its file, made anew."""
+"""The laws by which the cheapest model is chosen, measured anew."""
 
 from __future__ import annotations
 
 import itertools
 import json
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -13,12 +14,14 @@ from numpy.polynomial import chebyshev
 from compare.chooser.climb import limit_of
 from compare.chooser.laws import FILE, PlanarLaws, Policy, rounded, shipped
 from compare.chooser.trials import planar_scene, planar_snap, random_planar, random_ribbon, rod_snap
-from compare.face.report import Picture, Section, Table
-from compare.face.style import figure, plt, save
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
+from compare.face.section import Drawing, Table
+from compare.face.style import figure, plt
+from compare.models import warm_up
+from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, elastica
 from ribbonfem.delay import NormalForm, predict, universal
+
+from .registry import Question
 
 # what the laws cover: dL/L, h/L; rates and dampings times t* take in 1e-4..1 rad/s and 1e-2..1e2 1/s
 COMPRESSIONS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
@@ -55,14 +58,14 @@ def _form(arguments: tuple[float, float]) -> tuple[float, float]:
     return form.angle / root, form.product * ribbon.inertial_time**4 * root
 
 
-def planar_folds(progress: Progress, processes: int) -> dict[str, Any]:
+def planar_folds(sweep: Sweep) -> dict[str, Any]:
     """The fold and its normal form as Chebyshev polynomials in (dL/L)^(1/2) times powers of c."""
     nodes = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
     low, high = COMPRESSIONS[0] ** 0.5, COMPRESSIONS[-1] ** 0.5
     roots = 0.5 * (low + high) + 0.5 * (high - low) * nodes
     thickness = THICKEST * np.linspace(0.0, 1.0, POWERS)
     work = [(float(r * r), float(h)) for r in roots for h in thickness]
-    found = np.array(list(progress("planar folds", in_parallel(_form, work, processes), len(work))))
+    found = np.array(sweep("planar folds", _form, work))
     values = found.reshape(TERMS, POWERS, 2)
     powers = np.linalg.inv(np.vander((thickness / THICKEST) ** 2, POWERS, increasing=True))
     inner = np.einsum("pc,ncq->npq", powers, values).reshape(TERMS, -1)
@@ -81,7 +84,7 @@ def _ratio(arguments: tuple[float, float, float, NormalForm]) -> float:
     return (planar_snap(scene, Policy("elastica", 12, 2e-6))[0] - form.angle) / delay
 
 
-def planar_delays(progress: Progress, processes: int) -> dict[str, Any]:
+def planar_delays(sweep: Sweep) -> dict[str, Any]:
     """The delay of the snap over the normal form's prediction."""
     forms = {
         compression: elastica.normal_forms(planar_scene(compression, 1.0, 1.0), elements=20, extensible=True)[
@@ -90,7 +93,7 @@ def planar_delays(progress: Progress, processes: int) -> dict[str, Any]:
         for compression in COMPRESSIONS
     }
     work = [(c, r, d, forms[c]) for c, r, d in itertools.product(COMPRESSIONS, RATES, DAMPINGS)]
-    found = list(progress("planar delays", in_parallel(_ratio, work, processes), len(work)))
+    found = sweep("planar delays", _ratio, work, cost=lambda w: 1.0 / w[1])
     ratio = np.array(found).reshape(len(COMPRESSIONS), len(RATES), len(DAMPINGS))
     axes = {"compression": COMPRESSIONS, "rate": RATES, "damping": DAMPINGS}
     return {
@@ -103,9 +106,7 @@ def _truth(scene: Scene) -> float:
     return planar_snap(scene, Policy("elastica", 24, 3e-7))[0]
 
 
-def prediction_error(
-    planar: dict[str, Any], scenes: int, seed: int, progress: Progress, processes: int
-) -> dict[str, Any]:
+def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     """Error of predictions in scenes drawn at random, also of thin and thick beams; the law bounds 99 %.
 
     It has three terms: a floor, what is left of the ringing that the start of the ramp sets off, and
@@ -113,7 +114,7 @@ def prediction_error(
     """
     rng = np.random.default_rng(seed)
     drawn = [random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
-    truths = list(progress("predictions", in_parallel(_truth, drawn, processes), len(drawn)))
+    truths = sweep("predictions", _truth, drawn)
     floor, ringing, power, rest = 1e-5, 8e-3, 1.3, 1e-4
     shape = {"floor": floor, "ringing": [ringing, power, rest]}
     laws = PlanarLaws({**planar, "delay": {**planar["delay"], **shape}})
@@ -143,11 +144,11 @@ def _errors(scene: Scene) -> list[tuple[float, float]]:
     return runs
 
 
-def planar_runs(progress: Progress, processes: int) -> dict[str, Any]:
+def planar_runs(sweep: Sweep) -> dict[str, Any]:
     """Errors and CPU seconds of the policies on a grid of scenes."""
     axes = list(ERROR_AXES.values())
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
-    found = np.array(list(progress("planar runs", in_parallel(_errors, scenes, processes), len(scenes))))
+    found = np.array(sweep("planar runs", _errors, scenes))
     grid = found.reshape(*(len(axis) for axis in axes), len(POLICIES), 2)
     return {
         "axes": {name: rounded(np.array(axis), 10) for name, axis in ERROR_AXES.items()},
@@ -172,11 +173,11 @@ def _ribbon(scene: Scene) -> dict[str, Any]:
     return {"snap": [run[0] for run in runs], "seconds": [run[1] for run in runs], "time": times}
 
 
-def ribbon(scenes: int, seed: int, progress: Progress, processes: int) -> dict[str, Any]:
+def ribbon(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     """Errors of rods on random ribbons: of extrapolated meshes, and of the integration in time."""
     rng = np.random.default_rng(seed)
-    drawn = [random_ribbon(rng) for _ in progress("drawing ribbons", range(scenes))]
-    found = list(progress("ribbons", in_parallel(_ribbon, drawn, processes), len(drawn)))
+    drawn = [random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
+    found = sweep("ribbons", _ribbon, drawn)
     rate = np.array([scene.rate * scene.ribbon.inertial_time for scene in drawn])
     laws: dict[str, Any] = {"meshes": MESHES, "scenes": scenes, "seed": seed, "time": {}, "mesh": {}}
     best = np.array([f["time"]["1e-06"] for f in found])
@@ -222,7 +223,7 @@ def _drift(new: dict[str, Any]) -> list[list[Any]]:
     return rows
 
 
-def _draw(planar: dict[str, Any], path: Path) -> str:
+def _draw(planar: dict[str, Any]) -> Any:
     """The delay over its prediction, against the rate."""
     ratio = np.array(planar["delay"]["ratio"])
     axes = {name: np.array(values) for name, values in planar["delay"]["axes"].items()}
@@ -236,100 +237,132 @@ def _draw(planar: dict[str, Any], path: Path) -> str:
         panel.set_xlabel(r"rate $\dot\alpha t_*$")
     panels[0].set_ylabel("delay / normal form")
     panels[0].legend(fontsize=7)
-    return save(fig, path)
+    return fig
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was found: the new laws, whole (with the shipped ones where only half was measured), and drifts.
+
+    `scenes`, `ribbons` and `seed` are those of the drawn scenes; `new` are the halves that were measured.
+    """
+
+    laws: dict[str, Any]
+    new: tuple[str, ...]
+    drift: tuple[list[Any], ...]
+    scenes: int
+    ribbons: int
+    seed: int
 
 
 def main(
     *,
-    progress: Progress | None = None,
-    out: Path,
-    parts: str = "all",
+    parts: Literal["all", "planar", "ribbon"] = "all",
     scenes: int = 200,
     ribbons: int = 60,
     seed: int = 7,
-    processes: int = 2,
-) -> Section:
+    sweep: Sweep | None = None,
+) -> Measured:
     """Measure the laws behind `compare.choose` anew, write them as laws.json, and compare with the shipped.
 
     --parts planar or ribbon measures half of them; the other half is taken from the shipped file.
     Scenes are drawn with --seed: planar ones to bound the error of predictions, ribbons for the
     errors of meshes and steps.
     """
-    progress = progress or Progress()
+    sweep = sweep or Sweep()
     if parts not in ("all", "planar", "ribbon"):
         raise ValueError(f"parts = {parts!r}: must be 'all', 'planar' or 'ribbon'")
     # compiled once here, before any worker starts
-    planar_snap(planar_scene(0.2, 1.0, 10.0), POLICIES[0])
-    planar_snap(planar_scene(0.2, 1.0, 10.0), POLICIES[1])
-    rod_snap(Scene(compression=0.4, shear=0.4, rate=1.0, stop=0.01), 21, 1e-4)
+    warm_up("quasilinear", "elastica", "der")
     new: dict[str, Any] = {}
     if parts in ("all", "planar"):
-        planar = planar_folds(progress, processes)
+        planar = planar_folds(sweep)
         planar["universal"] = lags()
-        planar["delay"] = planar_delays(progress, processes)
-        planar["delay"].update(prediction_error(planar, scenes, seed, progress, processes))
-        planar["runs"] = planar_runs(progress, processes)
+        planar["delay"] = planar_delays(sweep)
+        planar["delay"].update(prediction_error(planar, scenes, seed, sweep))
+        planar["runs"] = planar_runs(sweep)
         new["planar"] = planar
     if parts in ("all", "ribbon"):
-        new["ribbon"] = ribbon(ribbons, seed, progress, processes)
-    drift = _drift(new)
+        new["ribbon"] = ribbon(ribbons, seed, sweep)
     whole = {**({} if parts == "all" else shipped().data), **new}
-    out.mkdir(parents=True, exist_ok=True)
-    (out / FILE).write_text(json.dumps(whole, separators=(",", ":")) + "\n")
-    tables = []
-    pictures = []
+    return Measured(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
+
+
+def words(found: Measured) -> list[str]:
+    """Where the laws are, and how well predictions do."""
     text = [f"The laws are in {FILE} beside this report."]
-    if "planar" in new:
-        checked = new["planar"]["delay"]["checked"]
+    if "planar" in found.new:
+        checked = found.laws["planar"]["delay"]["checked"]
+        worst = checked["share"][-1] / max(1.0, checked["share"][2])
         text.append(
-            f"Predictions of {scenes} planar snaps drawn at random (seed {seed}), checked with the elastica "
-            f"at 24 elements: the median error is {checked['median']:.1e} rad; the law of the error bounds "
-            f"99 % of them, the worst is {checked['share'][-1] / max(1.0, checked['share'][2]):.2f} times it."
+            f"Predictions of {found.scenes} planar snaps drawn at random (seed {found.seed}), checked with "
+            f"the elastica at 24 elements: the median error is {checked['median']:.1e} rad; the law of the "
+            f"error bounds 99 % of them, the worst is {worst:.2f} times it."
         )
-        tables.append(
-            Table(
-                "Runs of planar scenes",
-                ["policy", "CPU s", "median error", "largest error"],
-                [
-                    [run["key"], run["seconds"], float(np.median(run["error"])), float(np.max(run["error"]))]
-                    for run in new["planar"]["runs"]["policies"]
-                ],
-                ["s", ".3f", ".1e", ".1e"],
-                "Errors of the angle of the snap (rad) on a grid of scenes. Policy: model, elements, "
-                "tolerance.",
-            )
+    return text
+
+
+def tables(found: Measured) -> Iterator[Table]:
+    """Errors of runs, errors of meshes, drift."""
+    if "planar" in found.new:
+        yield Table(
+            "Runs of planar scenes",
+            ["policy", "CPU s", "median error", "largest error"],
+            [
+                [run["key"], run["seconds"], float(np.median(run["error"])), float(np.max(run["error"]))]
+                for run in found.laws["planar"]["runs"]["policies"]
+            ],
+            ["s", ".3f", ".1e", ".1e"],
+            "Errors of the angle of the snap (rad) on a grid of scenes. Policy: model, elements, tolerance.",
         )
-        file = _draw(new["planar"], out / "calibrate-delay.png")
-        pictures.append(Picture(file, "Delay of the planar snap over the prediction of the normal form."))
-    if "ribbon" in new:
-        tables.append(
-            Table(
-                "Ribbons: estimated errors, median over scenes",
-                ["meshes up to N", "U+S+", "U+S-", "CPU s of the last"],
-                [
-                    [str(MESHES[k + 1]), *(new["ribbon"]["mesh"][kind][k] for kind in ("U+S+", "U+S-"))]
-                    + [new["ribbon"]["seconds"][k + 1]]
-                    for k in range(len(MESHES) - 2)
-                ],
-                ["s", ".1e", ".1e", ".3f"],
-                f"Extrapolated through the last three meshes at most; {ribbons} scenes, tolerance 1e-4.",
-            )
+    if "ribbon" in found.new:
+        laws = found.laws["ribbon"]
+        yield Table(
+            "Ribbons: estimated errors, median over scenes",
+            ["meshes up to N", "U+S+", "U+S-", "CPU s of the last"],
+            [
+                [str(MESHES[k + 1]), *(laws["mesh"][kind][k] for kind in ("U+S+", "U+S-"))]
+                + [laws["seconds"][k + 1]]
+                for k in range(len(MESHES) - 2)
+            ],
+            ["s", ".1e", ".1e", ".3f"],
+            f"Extrapolated through the last three meshes at most; {found.ribbons} scenes, tolerance 1e-4.",
         )
-    if drift:
-        tables.append(
-            Table(
-                "Against the shipped laws",
-                ["law", "largest relative difference"],
-                drift,
-                ["s", ".1e"],
-                "Of the meshes' errors: the logarithm of their ratio.",
-            )
+    if found.drift:
+        yield Table(
+            "Against the shipped laws",
+            ["law", "largest relative difference"],
+            found.drift,
+            ["s", ".1e"],
+            "Of the meshes' errors: the logarithm of their ratio.",
         )
-    return Section(
-        name="calibrate",
-        title="The laws behind the chooser",
-        text=text,
-        tables=tables,
-        pictures=pictures,
-        values={"drift": drift, "laws": FILE},
-    )
+
+
+def drawings(found: Measured) -> Iterator[Drawing]:
+    """The planar delay over its prediction."""
+    if "planar" in found.new:
+        caption = "Delay of the planar snap over the prediction of the normal form."
+        yield Drawing("calibrate-delay.png", caption, _draw(found.laws["planar"]))
+
+
+def values(found: Measured) -> dict[str, Any]:
+    """The numbers for programs; the laws themselves are a file of their own."""
+    return {"drift": list(found.drift), "laws": FILE}
+
+
+def files(found: Measured) -> dict[str, str]:
+    """The laws, as the package ships them."""
+    return {FILE: json.dumps(found.laws, separators=(",", ":")) + "\n"}
+
+
+QUESTION = Question(
+    name="calibrate",
+    title="The laws behind the chooser",
+    takes="some 20 minutes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+    files=files,
+)

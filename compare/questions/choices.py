@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,13 @@ import numpy as np
 from compare.chooser.choice import Answer, choose
 from compare.chooser.climb import SCATTER, endless, expected_steps, limit_of
 from compare.chooser.trials import random_ribbon, rod_snap
-from compare.face.report import Picture, Section, Table
-from compare.face.style import figure, plt, save
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
+from compare.face.section import Drawing, Table
+from compare.face.style import figure, plt
+from compare.models import warm_up
+from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError, elastica
+
+from .registry import Question
 
 # meshes and tolerance of the ribbons' reference, and of one that would otherwise ring for minutes
 _REFERENCE = ((101, 151, 201), 1e-6)
@@ -168,7 +170,7 @@ def _judge(arguments: tuple[Scene, float]) -> Verdict:
     return judge(*arguments)
 
 
-def _summary(verdicts: list[Verdict], kind: str) -> list[Any]:
+def _summary(verdicts: Sequence[Verdict], kind: str) -> list[Any]:
     """A row: scenes, judged, met, missed, worst, told, sensitive, cost."""
     group = [v for v in verdicts if v.kind == kind]
     judged = [v for v in group if v.verdict != "sensitive"]
@@ -192,7 +194,7 @@ def _summary(verdicts: list[Verdict], kind: str) -> list[Any]:
     ]
 
 
-def _draw(verdicts: list[Verdict], path: Path) -> str:
+def _draw(verdicts: Sequence[Verdict]) -> Any:
     """Error over tolerance, and the time saved, against the tolerance."""
     fig, (left, right) = figure(2, width=5.4, height=3.8)
     models = sorted({v.model for v in verdicts})
@@ -220,100 +222,10 @@ def _draw(verdicts: list[Verdict], path: Path) -> str:
     right.axhline(1.0, color="k", lw=0.8)
     right.set(xlabel="tolerance asked for (rad)", ylabel="time of a rod of 101 nodes / time of the choice")
     plt.setp(right.get_xticklabels(minor=True), visible=False)
-    return save(fig, path)
+    return fig
 
 
-def main(
-    *,
-    progress: Progress | None = None,
-    out: Path,
-    scenes: int = 200,
-    seed: int = 2026,
-    processes: int = 2,
-) -> Section:
-    """Check `compare.choose` on scenes drawn at random: is the tolerance met, and what is saved?
-
-    Half of the scenes are planar, half ribbons; dL, dW, rate, damping and tolerance are drawn with
-    --seed.  The quantity is the angle of the snap, z(1/2) = 0.  Each answer is compared with a far
-    finer reference, and its CPU time, choosing included, with that of the discrete rod at N = 101
-    and a tolerance of 1e-4 L, stopped at the snap too.
-    """
-    progress = progress or Progress()
-    drawn = draw(scenes, seed)
-    # compiled once here, before any worker starts
-    for scene, tolerance in ((drawn[0][0], 1e-2), (drawn[-1][0], 1e-2)):
-        choose(scene, tolerance).run()
-    elastica.simulate(endless(replace(drawn[0][0], rate=1.0)), until="snap")
-    # the longest first: ribbons that ring
-    order = sorted(range(len(drawn)), key=lambda k: (drawn[k][0].planar, -expected_steps(drawn[k][0])))
-    done = progress("scenes", in_parallel(_judge, [drawn[k] for k in order], processes), len(drawn))
-    verdicts = [v for _, v in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]
-    picture = _draw(verdicts, out / "choices-check.png")
-    rows = [_summary(verdicts, kind) for kind in ("planar", "ribbon")]
-    judged = [v for v in verdicts if v.verdict != "sensitive"]
-    met = sum(v.verdict == "met" for v in judged)
-    unsettled = [v for v in verdicts if v.verdict == "sensitive"]
-    called = sum(v.flagged for v in unsettled)
-    wrongly = sum(v.flagged for v in judged)
-    doubts = [v.doubt for v in verdicts if v.kind == "planar" and math.isfinite(v.doubt)]
-    remarkable = [v for v in verdicts if v.verdict != "met" or v.flagged]
-    return Section(
-        name="choices",
-        title="The cheapest model that will do",
-        text=[
-            f"{scenes} scenes (seed {seed}): {len(judged)} that the reference settles to a third of the "
-            f"tolerance, and {len(unsettled)} sensitive ones, in which it does not. Of the first {met} meet "
-            f"the tolerance asked for ({met / max(1, len(judged)):.1%}). Of the sensitive ones {called} were "
-            f"called sensitive, and {wrongly} of the others.",
-            f"Planar references: elastica and extrapolated rods differ by {np.median(doubts):.1e} rad in the "
-            f"median, {max(doubts):.1e} at most."
-            if doubts
-            else "",
-        ],
-        tables=[
-            Table(
-                "Kept tolerances and saved time",
-                ["half", "scenes", "judged", "met", "missed", "worst", "said so"]
-                + ["time ratio, 1/4", "median", "3/4", "total", "N = 101 meets it"],
-                rows,
-                ["s", "d", "d", ".1%", "d", ".2f", "d", ".3g", ".3g", ".3g", ".3g", ".0%"],
-                "missed: silently, worst: error over tolerance; said so: the answer said that it did not get "
-                "there. Time ratio: CPU of a rod of 101 nodes (tolerance 1e-4, stopped at the snap) over the "
-                "choice's and its runs'; the last column: how often that rod is within the tolerance itself.",
-            ),
-            Table(
-                "What was chosen",
-                ["model", "half", "scenes", "met", "median CPU s", "median error / tolerance"],
-                _by_model(verdicts),
-                ["s", "s", "d", "d", ".4f", ".2g"],
-            ),
-            Table(
-                "Scenes that were not met, or called sensitive",
-                ["(dL, dW), start", "rate", "nu", "tolerance", "model", "verdict", "flagged"]
-                + ["error", "claimed", "reference's doubt"],
-                [
-                    [
-                        f"({v.compression:.3f}, {v.shear:.3f}) {v.start}",
-                        v.rate,
-                        v.damping,
-                        v.tolerance,
-                        v.model,
-                    ]
-                    + [WORDS[v.verdict], "yes" if v.flagged else "no", v.error, v.claimed, v.doubt]
-                    for v in remarkable
-                ],
-                ["s", ".1e", ".1e", ".1e", "s", "s", "s", ".1e", ".1e", ".1e"],
-                f"Snaps apart by more than {SCATTER:g} rad come out of a rattle.",
-            ),
-        ],
-        pictures=[
-            Picture(picture, "True error over the tolerance, and the time saved. Sensitive scenes apart.")
-        ],
-        values={"seed": seed, "summary": rows, "scenes": [asdict(v) for v in verdicts]},
-    )
-
-
-def _by_model(verdicts: list[Verdict]) -> list[list[Any]]:
+def _by_model(verdicts: Sequence[Verdict]) -> list[list[Any]]:
     """A row for each model and half: scenes, met, median time and error."""
     rows: list[list[Any]] = []
     for kind in ("planar", "ribbon"):
@@ -328,3 +240,127 @@ def _by_model(verdicts: list[Verdict]) -> list[list[Any]]:
                 + [float(np.median(shares)) if shares else None]
             )
     return rows
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What was found: each scene's verdict, and the seed that drew them."""
+
+    seed: int
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def judged(self) -> list[Verdict]:
+        """Those that the reference settles."""
+        return [v for v in self.verdicts if v.verdict != "sensitive"]
+
+    @property
+    def unsettled(self) -> list[Verdict]:
+        """Those that it does not."""
+        return [v for v in self.verdicts if v.verdict == "sensitive"]
+
+
+def _cost(work: tuple[Scene, float]) -> float:
+    """Ribbons that ring take longest, planar scenes nothing beside them."""
+    return 0.1 if work[0].planar else 1.0 + 1e-3 * expected_steps(work[0])
+
+
+def main(*, scenes: int = 200, seed: int = 2026, sweep: Sweep | None = None) -> Choices:
+    """Check `compare.choose` on scenes drawn at random: is the tolerance met, and what is saved?
+
+    Half of the scenes are planar, half ribbons; dL, dW, rate, damping and tolerance are drawn with
+    --seed.  The quantity is the angle of the snap, z(1/2) = 0.  Each answer is compared with a far
+    finer reference, and its CPU time, choosing included, with that of the discrete rod at N = 101
+    and a tolerance of 1e-4 L, stopped at the snap too.
+    """
+    sweep = sweep or Sweep()
+    drawn = draw(scenes, seed)
+    verdicts = sweep("scenes", _judge, drawn, cost=_cost, prepare=warm_up)
+    return Choices(seed, tuple(verdicts))
+
+
+def words(found: Choices) -> list[str]:
+    """How many tolerances were kept, and how far the planar references agree."""
+    judged, unsettled = found.judged, found.unsettled
+    met = sum(v.verdict == "met" for v in judged)
+    called = sum(v.flagged for v in unsettled)
+    wrongly = sum(v.flagged for v in judged)
+    doubts = [v.doubt for v in found.verdicts if v.kind == "planar" and math.isfinite(v.doubt)]
+    return [
+        f"{len(found.verdicts)} scenes (seed {found.seed}): {len(judged)} that the reference settles to a "
+        f"third of the tolerance, and {len(unsettled)} sensitive ones, in which it does not. Of the first "
+        f"{met} meet the tolerance asked for ({met / max(1, len(judged)):.1%}). Of the sensitive ones "
+        f"{called} were called sensitive, and {wrongly} of the others.",
+        f"Planar references: elastica and extrapolated rods differ by {np.median(doubts):.1e} rad in the "
+        f"median, {max(doubts):.1e} at most."
+        if doubts
+        else "",
+    ]
+
+
+def tables(found: Choices) -> list[Table]:
+    """Kept tolerances and saved time, what was chosen, and the remarkable scenes."""
+    remarkable = [v for v in found.verdicts if v.verdict != "met" or v.flagged]
+    return [
+        Table(
+            "Kept tolerances and saved time",
+            ["half", "scenes", "judged", "met", "missed", "worst", "said so"]
+            + ["time ratio, 1/4", "median", "3/4", "total", "N = 101 meets it"],
+            [_summary(found.verdicts, kind) for kind in ("planar", "ribbon")],
+            ["s", "d", "d", ".1%", "d", ".2f", "d", ".3g", ".3g", ".3g", ".3g", ".0%"],
+            "missed: silently, worst: error over tolerance; said so: the answer said that it did not get "
+            "there. Time ratio: CPU of a rod of 101 nodes (tolerance 1e-4, stopped at the snap) over the "
+            "choice's and its runs'; the last column: how often that rod is within the tolerance itself.",
+        ),
+        Table(
+            "What was chosen",
+            ["model", "half", "scenes", "met", "median CPU s", "median error / tolerance"],
+            _by_model(found.verdicts),
+            ["s", "s", "d", "d", ".4f", ".2g"],
+        ),
+        Table(
+            "Scenes that were not met, or called sensitive",
+            ["(dL, dW), start", "rate", "nu", "tolerance", "model", "verdict", "flagged"]
+            + ["error", "claimed", "reference's doubt"],
+            [
+                [
+                    f"({v.compression:.3f}, {v.shear:.3f}) {v.start}",
+                    v.rate,
+                    v.damping,
+                    v.tolerance,
+                    v.model,
+                ]
+                + [WORDS[v.verdict], "yes" if v.flagged else "no", v.error, v.claimed, v.doubt]
+                for v in remarkable
+            ],
+            ["s", ".1e", ".1e", ".1e", "s", "s", "s", ".1e", ".1e", ".1e"],
+            f"Snaps apart by more than {SCATTER:g} rad come out of a rattle.",
+        ),
+    ]
+
+
+def drawings(found: Choices) -> Iterator[Drawing]:
+    """Errors and saved time against the tolerance."""
+    caption = "True error over the tolerance, and the time saved. Sensitive scenes apart."
+    yield Drawing("choices-check.png", caption, _draw(found.verdicts))
+
+
+def values(found: Choices) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "seed": found.seed,
+        "summary": [_summary(found.verdicts, kind) for kind in ("planar", "ribbon")],
+        "scenes": [asdict(v) for v in found.verdicts],
+    }
+
+
+QUESTION = Question(
+    name="choices",
+    title="The cheapest model that will do",
+    takes="some 15 minutes for 200 scenes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

@@ -2,49 +2,63 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import der
-from compare.face.report import Picture, Section, Table
-from compare.face.style import draw_curve, figure, plt, save
-from compare.sweep.progress import Progress
+from compare.face.curve import Curve
+from compare.face.section import Drawing, Table
+from compare.face.style import draw_curve, figure, plt
+from compare.limits import edge_ratio, of_folds, two_point
+from compare.models import timed, warm_up
+from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.continuation import Steps
 
+from .registry import Question
+
 COMPRESSIONS = (0.05, 0.10, 0.20, 0.25, 0.30, 0.35, 0.40)
+# its ratios follow, 4e4 and 1.499; planar folds do not depend on them
 THIN = Ribbon(thickness=1e-3)
 DRAWN = (0.20, 0.25, 0.30, 0.35, 0.40)
+# a ribbon in motion, and its meshes
+SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.65)
+SNAP_NODES, SNAP_ELEMENTS = (101, 201), (6, 8)
 # steps short enough for a polyline to look like a curve
 SMOOTH = Steps(turn=0.1, largest=0.05)
 
 
-def _timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    start = time.perf_counter()
-    value = call()
-    return value, time.perf_counter() - start
+@dataclass(frozen=True)
+class Crosscheck:
+    """What was found: rows of the three tables, and the curves of the figure by dL/L.
+
+    Attributes
+    ----------
+    nodes: of the coarser rods.
+    closed: sigma, mu and Z of the closed form.
+    folds: the table of planar folds, a record a row.
+    mesh, rods: rows of the beam's mesh convergence and of the rods against elements.
+    snaps: rows of a ribbon's snap in motion.
+    beams, dots: curves of the elastica and of rods.
+    exact: the closed form's curve (in mu and Z).
+    """
+
+    nodes: int
+    closed: tuple[float, float, float]
+    folds: tuple[dict[str, Any], ...]
+    mesh: tuple[list[Any], ...]
+    rods: tuple[list[Any], ...]
+    snaps: tuple[list[Any], ...]
+    beams: dict[float, Curve]
+    dots: dict[float, Curve]
+    exact: Curve
 
 
-def extrapolated(coarse: Fold, fine: Fold, ratio: float) -> Fold:
-    """Richardson's limit of a fold whose error falls by `ratio` from the coarse mesh to the fine one."""
-    values = (
-        (ratio * getattr(fine, name) - getattr(coarse, name)) / (ratio - 1.0)
-        for name in ("angle", "height", "load")
-    )
-    return Fold(*values)
-
-
-def edge_ratio(coarse: int, fine: int) -> float:
-    """(l_coarse / l_fine)^2 of centred-clamp rods with these numbers of nodes."""
-    return ((fine - 2) / (coarse - 2)) ** 2
-
-
-def _named(names: tuple[str, ...], rows: list[list[Any]]) -> list[dict[str, Any]]:
+def _named(names: tuple[str, ...], rows: tuple[list[Any], ...]) -> list[dict[str, Any]]:
     """Rows of a table as records."""
     return [dict(zip(names, row, strict=True)) for row in rows]
 
@@ -56,11 +70,11 @@ def _rescaled(fold: Fold, compression: float) -> tuple[float, float, float]:
 
 def _fold_rows(
     compressions: tuple[float, ...], elements: int, nodes: int, progress: Progress
-) -> tuple[list[list[Any]], list[dict[str, Any]]]:
+) -> list[dict[str, Any]]:
+    """The folds of every model, a record each."""
     exact = quasilinear.closed_form_fold()
     fine = 2 * nodes - 1
     ratio = edge_ratio(nodes, fine)
-    rows: list[list[Any]] = []
     records = []
     for compression in progress("planar folds", compressions):
         scene = Scene(compression=compression, shear=0.0, start="U+")
@@ -80,10 +94,10 @@ def _fold_rows(
         ]
         found: list[tuple[str, int | None, Fold, float | None]] = []
         for label, count, solve in beams:
-            (met,), taken = _timed(solve)
+            (met,), taken = timed(solve)
             found.append((label, count, met, taken))
             if label.startswith("DER") and count == 4 * fine - 15:
-                limit = extrapolated(found[-2][2], met, ratio)
+                limit = of_folds(found[-2][2], met, ratio)
                 found.append((f"{label}, limit", None, limit, None))
         scale = compression**0.5
         closed = Fold(exact.mu * scale, exact.height * scale, exact.sigma**2)
@@ -91,10 +105,6 @@ def _fold_rows(
         for label, unknowns, fold, seconds in found:
             sigma, mu, height = _rescaled(fold, compression)
             off = [sigma / exact.sigma - 1, mu / exact.mu - 1, height / exact.height - 1]
-            shown = [None] * 3 if label == "closed form" else off
-            rows.append(
-                [f"{compression:.2f}", label, fold.angle, sigma, mu, height, *shown, unknowns, seconds]
-            )
             records.append(
                 {
                     "compression": compression,
@@ -110,7 +120,7 @@ def _fold_rows(
                     "seconds": seconds,
                 }
             )
-    return rows, records
+    return records
 
 
 def _mesh_rows() -> list[list[Any]]:
@@ -120,7 +130,7 @@ def _mesh_rows() -> list[list[Any]]:
     rows: list[list[Any]] = []
     errors: dict[int, Any] = {}
     for elements in (8, 16, 32, 64, 128):
-        (fold,), seconds = _timed(partial(quasilinear.folds, scene, elements=elements))
+        (fold,), seconds = timed(partial(quasilinear.folds, scene, elements=elements))
         values = np.array(_rescaled(fold, scene.compression))
         errors[elements] = values / [exact.sigma, exact.mu, exact.height] - 1.0
         before = errors.get(elements // 2)
@@ -145,7 +155,7 @@ def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
     for label, scene, references in progress("rods against elements", cases):
         coarse, dense = der.folds(scene, nodes=nodes), der.folds(scene, nodes=fine)
         for k, reference in enumerate(fold.angle for fold in references):
-            limit = extrapolated(coarse[k], dense[k], ratio).angle
+            limit = of_folds(coarse[k], dense[k], ratio).angle
             errors = [coarse[k].angle - reference, dense[k].angle - reference]
             order = float(np.log(errors[0] / errors[1]) / np.log(ratio**0.5))
             rows.append(
@@ -155,40 +165,70 @@ def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
     return rows
 
 
-def _diagram(path: Path, nodes: int, progress: Progress) -> str:
-    """The paper's Fig. 3: heights against angles, raw and rescaled."""
-    fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
-    for k, compression in enumerate(progress("bifurcation diagram", DRAWN)):
-        colour = plt.cm.viridis(0.85 * k / (len(DRAWN) - 1))
+def _snap_rows(progress: Progress) -> list[list[Any]]:
+    """The snap of a ribbon in motion, rods and elements, each on two meshes; both with EA."""
+    rods: list[float] = []
+    rows: list[list[Any]] = []
+    runs: list[tuple[str, Any, dict[str, Any]]] = [
+        (f"DER, N = {n}", der, {"nodes": n, "tolerance": 1e-5}) for n in SNAP_NODES
+    ]
+    runs += [
+        (f"Kirchhoff, {n} elements", kirchhoff, {"elements": n, "tolerance": 1e-5, "extensible": True})
+        for n in SNAP_ELEMENTS
+    ]
+    for label, model, policy in progress("a ribbon in motion", runs):
+        history = model.simulate(SNAP, configurations=False, until="snap", **policy)
+        found = history.crossing()
+        angle = float("nan") if found is None else found[1]
+        rows.append([label, angle, float(history.stats["seconds"])])
+        if model is der:
+            rods.append(angle)
+    limit = two_point(rods[0], rods[1], edge_ratio(*SNAP_NODES))
+    rows.insert(2, ["DER, limit", limit, None])
+    return [[label, angle, angle - limit, seconds] for label, angle, seconds in rows]
+
+
+def _curves(nodes: int, progress: Progress) -> tuple[dict[float, Curve], dict[float, Curve], Curve]:
+    """The curves of the paper's Fig. 3: the elastica's and the rods' by dL/L, and the closed form's."""
+    beams, dots = {}, {}
+    for compression in progress("bifurcation diagram", DRAWN):
         scene = Scene(compression=compression, shear=0.0, start="U+")
         # two unstable directions more would only add the curves of higher buckling modes
-        beam = elastica.equilibria(scene, elements=32, span=(-1.6, 1.6), unstable=1, steps=SMOOTH)
-        rod = der.equilibria(scene, nodes=nodes, span=(-1.6, 1.6), unstable=1, steps=Steps(turn=0.6))
+        beams[compression] = Curve.of(
+            elastica.equilibria(scene, elements=32, span=(-1.6, 1.6), unstable=1, steps=SMOOTH)
+        )
+        dots[compression] = Curve.of(
+            der.equilibria(scene, nodes=nodes, span=(-1.6, 1.6), unstable=1, steps=Steps(turn=0.6))
+        )
+    closed = quasilinear.closed_form_branch((-2.6, 2.6))
+    # up to the odd mode: beyond it lie the higher modes
+    keep = np.maximum.accumulate(closed.load) < 81.0
+    fold = quasilinear.closed_form_fold()
+    exact = Curve(closed.mu[keep], closed.height[keep], closed.stable[keep], ((fold.mu, fold.height),))
+    return beams, dots, exact
+
+
+def _diagram(found: Crosscheck) -> Any:
+    """The paper's Fig. 3: heights against angles, raw and rescaled."""
+    fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
+    for k, (compression, beam) in enumerate(found.beams.items()):
+        colour = plt.cm.viridis(0.85 * k / max(1, len(found.beams) - 1))
+        rod = found.dots[compression]
         label = f"$\\Delta L/L$ = {compression:.2f}"
         for axes, scale in ((raw, 1.0), (scaled, compression**-0.5)):
             for sign in (1.0, -1.0):
                 x, z = sign * scale * beam.angle, sign * scale * beam.height
                 draw_curve(axes, x, z, beam.stable, colour, label if sign > 0 else "")
-                for fold in beam.folds[:1]:
-                    axes.plot(sign * scale * fold.angle, sign * scale * fold.height, "k.", ms=7, zorder=5)
+                for angle, height in beam.folds[:1]:
+                    axes.plot(sign * scale * angle, sign * scale * height, "k.", ms=7, zorder=5)
             axes.plot(scale * rod.angle, scale * rod.height, "o", ms=3, mfc="none", color=colour)
-    span = (-2.6, 2.6)
-    closed = quasilinear.closed_form_branch(span)
-    # up to the odd mode: beyond it lie the higher modes
-    keep = np.maximum.accumulate(closed.load) < 81.0
+    exact = found.exact
     for sign in (1.0, -1.0):
-        draw_curve(
-            scaled,
-            sign * closed.mu[keep],
-            sign * closed.height[keep],
-            closed.stable[keep],
-            "black",
-            "closed form" if sign > 0 else "",
-            width=1.0,
-        )
-    exact = quasilinear.closed_form_fold()
+        label = "closed form" if sign > 0 else ""
+        draw_curve(scaled, sign * exact.angle, sign * exact.height, exact.stable, "black", label, width=1.0)
+    ((mu, height),) = exact.folds
     for sign in (1.0, -1.0):
-        scaled.plot(sign * exact.mu, sign * exact.height, "ks", ms=5, mfc="white", zorder=6)
+        scaled.plot(sign * mu, sign * height, "ks", ms=5, mfc="white", zorder=6)
     raw.set(xlabel=r"clamp angle $\alpha$ (rad)", ylabel=r"$z(1/2)/L$", title="(a) raw", xlim=(-1.6, 2.3))
     scaled.set(
         xlabel=r"$\mu = \alpha\,(\Delta L/L)^{-1/2}$",
@@ -201,17 +241,16 @@ def _diagram(path: Path, nodes: int, progress: Progress) -> str:
     raw.legend(fontsize=7.5, loc="center right", bbox_to_anchor=(1.0, 0.68))
     scaled.plot([], [], "ks", ms=5, mfc="white", label="its fold")
     scaled.legend(*[part[-2:] for part in scaled.get_legend_handles_labels()], fontsize=7.5)
-    return save(fig, path)
+    return fig
 
 
 def main(
     *,
-    progress: Progress | None = None,
-    out: Path,
     compressions: tuple[float, ...] = COMPRESSIONS,
     elements: int = 64,
     nodes: int = 101,
-) -> Section:
+    sweep: Sweep | None = None,
+) -> Crosscheck:
     """Compare the fold of the planar beam in every model with the closed form (paper, Fig. 3).
 
     For each end-shortening: fold angle, sigma = sqrt(load), rescaled mu and Z of the closed form,
@@ -220,74 +259,127 @@ def main(
     differences from the closed form, unknowns and seconds; then the mesh convergence of the beam
     FEM and the rods' folds against elements that share no mechanics with them.
     """
-    progress = progress or Progress()
+    progress = sweep.progress if sweep else Progress()
     exact = quasilinear.closed_form_fold()
     # compiled code is loaded (or made, the first time) before anything is timed
-    warm = Scene(compression=0.3, shear=0.0, start="U+")
     for _ in progress("loading compiled code", range(1)):
-        quasilinear.folds(warm, elements=8)
-        elastica.folds(warm, elements=8)
-        kirchhoff.folds(warm, elements=8)
-        der.folds(warm, nodes=21)
-    rows, records = _fold_rows(compressions, elements, nodes, progress)
+        warm_up()
+    records = _fold_rows(compressions, elements, nodes, progress)
     mesh = _mesh_rows()
     rods = _rod_rows(nodes, progress)
-    picture = _diagram(out / "crosscheck-diagram.png", 51, progress)
-    sigma64 = next(row[1] for row in mesh if row[0] == "64")
-    return Section(
-        name="crosscheck",
-        title="Folds of the planar beam, side by side",
-        text=[
-            f"The quasi-linear fold in closed form: sigma = {exact.sigma:.6f}, mu = {exact.mu:.6f}, "
-            f"Z = {exact.height:.6f}. Beam finite elements with 64 elements: sigma = {sigma64:.6f} "
-            f"(relative error {sigma64 / exact.sigma - 1:.1e}).",
-            "The closed form and the beam FEM assume small slopes; the elastica and the rods do not, and "
-            "leave them as the end-shortening grows. With its stretching stiffness EA a ribbon of "
-            "h = 0.01 L takes up part of a small end-shortening by stretch, so that its fold does not "
-            "tend to the closed form: compare the rods with the extensible elastica, and with the "
-            "closed form at h = 0.001 L.",
-        ],
-        tables=[
-            Table(
-                "The fold met from U+ as the clamp turns",
-                ["dL/L", "model", "alpha_c", "sigma", "mu", "Z", "d sigma", "d mu", "d Z", "unknowns", "s"],
-                rows,
-                ["s", "s", ".7f", ".6f", ".6f", ".6f", "+.2e", "+.2e", "+.2e", "d", ".3f"],
-                "d: relative difference from the closed form. s: seconds of the solve from the start state "
-                "to the end of the ramp. limit: Richardson extrapolation in the square of the edge length.",
-            ),
-            Table(
-                "Beam FEM: the fold under mesh refinement, relative errors against the closed form",
-                ["elements", "sigma", "d sigma", "d mu", "d Z", "order of sigma", "s"],
-                mesh,
-                ["s", ".9f", "+.2e", "+.2e", "+.2e", ".2f", ".3f"],
-            ),
-            Table(
-                f"Discrete rods with {nodes} and {2 * nodes - 1} nodes against finite elements that share no "
-                "mechanics with them (both with EA)",
-                ["fold", "elements", f"N = {nodes}", f"N = {2 * nodes - 1}", "limit"]
-                + [f"rel. error, {nodes}", "order", "limit - elements"],
-                rods,
-                ["s", ".8f", ".8f", ".8f", ".8f", "+.2e", ".2f", "+.1e"],
-                "limit: Richardson extrapolation in the square of the edge length l = L/(N - 2).",
-            ),
-        ],
-        pictures=[
-            Picture(
-                picture,
-                "Height at midspan against the clamp angle, raw and rescaled (paper, Fig. 3). Lines: "
-                "elastica FEM, stable solid, unstable dashed; circles: DER, 51 nodes; dots: folds; black: "
-                "closed form of the quasi-linear beam, its fold a square.",
-            )
-        ],
-        values={
-            "closed_form": {"sigma": exact.sigma, "mu": exact.mu, "height": exact.height},
-            "folds": records,
-            "mesh": _named(
-                ("elements", "sigma", "sigma_error", "mu_error", "height_error", "order", "seconds"), mesh
-            ),
-            "rods": _named(
-                ("fold", "reference", "coarse", "fine", "limit", "error", "order", "limit_error"), rods
-            ),
-        },
+    snaps = _snap_rows(progress)
+    beams, dots, curve = _curves(51, progress)
+    return Crosscheck(
+        nodes=nodes,
+        closed=(exact.sigma, exact.mu, exact.height),
+        folds=tuple(records),
+        mesh=tuple(mesh),
+        rods=tuple(rods),
+        snaps=tuple(snaps),
+        beams=beams,
+        dots=dots,
+        exact=curve,
     )
+
+
+def words(found: Crosscheck) -> list[str]:
+    """What was asked, found, and how sure it is."""
+    sigma, mu, height = found.closed
+    apart = abs(found.snaps[-1][2])
+    sigma64 = next(row[1] for row in found.mesh if row[0] == "64")
+    return [
+        f"The quasi-linear fold in closed form: sigma = {sigma:.6f}, mu = {mu:.6f}, "
+        f"Z = {height:.6f}. Beam finite elements with 64 elements: sigma = {sigma64:.6f} "
+        f"(relative error {sigma64 / sigma - 1:.1e}).",
+        "sigma is the square root of the compressive end force (in EI2/L^2) at the fold, mu the clamp's "
+        "angle and Z the height at midspan there, both over the square root of dL/L; N is the number of a "
+        "rod's nodes.",
+        f"In motion, rods and finite elements that share no mechanics agree on the angle at which a ribbon "
+        f"snaps to {apart:.0e} rad (last table).",
+        "The closed form and the beam FEM assume small slopes; the elastica and the rods do not, and "
+        "leave them as the end-shortening grows. With its stretching stiffness EA a ribbon of "
+        "h = 0.01 L takes up part of a small end-shortening by stretch, so that its fold does not "
+        "tend to the closed form: compare the rods with the extensible elastica, and with the "
+        "closed form at h = 0.001 L.",
+    ]
+
+
+def tables(found: Crosscheck) -> list[Table]:
+    """Planar folds, the beam's mesh convergence, rods against elements."""
+    rows = []
+    for r in found.folds:
+        off = [r["sigma_error"], r["mu_error"], r["height_error"]]
+        shown = [None] * 3 if r["model"] == "closed form" else off
+        values = [r["angle"], r["sigma"], r["mu"], r["height"], *shown]
+        rows.append([f"{r['compression']:.2f}", r["model"], *values, r["unknowns"], r["seconds"]])
+    return [
+        Table(
+            "The fold met from U+ as the clamp turns",
+            ["dL/L", "model", "alpha_c", "sigma", "mu", "Z", "d sigma", "d mu", "d Z", "unknowns", "s"],
+            rows,
+            ["s", "s", ".7f", ".6f", ".6f", ".6f", "+.2e", "+.2e", "+.2e", "d", ".3f"],
+            "d: relative difference from the closed form. s: seconds of the solve from the start state "
+            "to the end of the ramp. limit: Richardson extrapolation in the square of the edge length.",
+        ),
+        Table(
+            "Beam FEM: the fold under mesh refinement, relative errors against the closed form",
+            ["elements", "sigma", "d sigma", "d mu", "d Z", "order of sigma", "s"],
+            found.mesh,
+            ["s", ".9f", "+.2e", "+.2e", "+.2e", ".2f", ".3f"],
+        ),
+        Table(
+            f"Discrete rods with {found.nodes} and {2 * found.nodes - 1} nodes against finite elements that "
+            "share no mechanics with them (both with EA)",
+            ["fold", "elements", f"N = {found.nodes}", f"N = {2 * found.nodes - 1}", "limit"]
+            + [f"rel. error, {found.nodes}", "order", "limit - elements"],
+            found.rods,
+            ["s", ".8f", ".8f", ".8f", ".8f", "+.2e", ".2f", "+.1e"],
+            "limit: Richardson extrapolation in the square of the edge length l = L/(N - 2).",
+        ),
+        Table(
+            "A ribbon in motion: (dL, dW)/L = (0.40, 0.37) from U+S-, 0.1 rad/s, nu = 1, angle of its snap",
+            ["model", "alpha (rad)", "minus the rods' limit", "s"],
+            found.snaps,
+            ["s", ".7f", "+.1e", ".3f"],
+            "Rods and finite elements share no mechanics; both with EA, tolerance 1e-5 L.",
+        ),
+    ]
+
+
+def drawings(found: Crosscheck) -> Iterator[Drawing]:
+    """The paper's Fig. 3."""
+    yield Drawing(
+        "crosscheck-diagram.png",
+        "Height at midspan against the clamp angle, raw and rescaled (paper, Fig. 3). Lines: "
+        "elastica FEM, stable solid, unstable dashed; circles: DER, 51 nodes; dots: folds; black: "
+        "closed form of the quasi-linear beam, its fold a square.",
+        _diagram(found),
+    )
+
+
+def values(found: Crosscheck) -> dict[str, Any]:
+    """The numbers for programs."""
+    sigma, mu, height = found.closed
+    return {
+        "closed_form": {"sigma": sigma, "mu": mu, "height": height},
+        "folds": list(found.folds),
+        "mesh": _named(
+            ("elements", "sigma", "sigma_error", "mu_error", "height_error", "order", "seconds"), found.mesh
+        ),
+        "rods": _named(
+            ("fold", "reference", "coarse", "fine", "limit", "error", "order", "limit_error"), found.rods
+        ),
+        "snaps": _named(("model", "angle", "difference", "seconds"), found.snaps),
+    }
+
+
+QUESTION = Question(
+    name="crosscheck",
+    title="Folds of the planar beam, side by side",
+    takes="about 15 s; the first time, with compiling, a minute and a half",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

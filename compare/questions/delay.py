@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 import der
-from compare.face.report import Picture, Section, Table
-from compare.face.style import figure, plt, save
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
-from ribbonfem import Scene, SolverError, elastica, quasilinear
+from compare.face.section import Drawing, Table
+from compare.face.style import figure, plt
+from compare.models import warm_up
+from compare.sweep import Sweep
+from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import NormalForm, predict
 from ribbonfem.results import History
+
+from .registry import Question
 
 DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
 BEAM = Scene(compression=0.40, shear=0.0, start="U+")
@@ -67,6 +68,22 @@ SYSTEMS = {
                 name,
                 scene,
                 quantity,
+                kirchhoff.simulate,
+                kirchhoff.normal_forms,
+                {"elements": 8, "extensible": True},
+                {"configurations": False, "tolerance": 3e-6},
+            )
+            for name, scene, quantity in (
+                ("elements planar", BEAM, "height"),
+                ("elements Path 1", PATH_1, "height"),
+                ("elements Path 2", PATH_2, "slope"),
+            )
+        ),
+        *(
+            System(
+                name,
+                scene,
+                quantity,
                 der.simulate,
                 der.normal_forms,
                 {"nodes": 51},
@@ -80,9 +97,9 @@ SYSTEMS = {
         ),
     )
 }
-GROUPS = {
-    "beam": ("quasi-linear beam", "elastica", "DER planar"),
-    "ribbon": ("DER Path 1", "DER Path 2"),
+GROUPS: dict[str, tuple[str, ...]] = {
+    "beam": ("quasi-linear beam", "elastica", "DER planar", "elements planar"),
+    "ribbon": ("DER Path 1", "elements Path 1", "DER Path 2", "elements Path 2"),
 }
 GROUPS["all"] = GROUPS["beam"] + GROUPS["ribbon"]
 
@@ -163,7 +180,7 @@ def ratio_limit(cells: list[Cell]) -> float | None:
     return float(np.polynomial.Polynomial.fit(x, y, 2)(0.0))
 
 
-def universal_curve(cells: list[Cell], forms: dict[str, NormalForm]) -> CubicSpline:
+def universal_curve(cells: Sequence[Cell], forms: dict[str, NormalForm]) -> CubicSpline:
     """ln f against ln Lambda through the values that the cells were predicted with.
 
     Each of them is an integration of the normal form; a figure needs hundreds.
@@ -176,7 +193,7 @@ def universal_curve(cells: list[Cell], forms: dict[str, NormalForm]) -> CubicSpl
     return CubicSpline(*np.array(points).T)
 
 
-def _draw(cells: list[Cell], forms: dict[str, NormalForm], names: tuple[str, ...], path: Path) -> str:
+def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str, ...]) -> Any:
     """The paper's three panels for each system, the predicted curves drawn through the points."""
     curve = universal_curve(cells, forms)
     fig, axes = figure(3, len(names), width=4.0, height=3.1)
@@ -213,123 +230,161 @@ def _draw(cells: list[Cell], forms: dict[str, NormalForm], names: tuple[str, ...
         if row == 0:
             angle.legend(fontsize=6.5)
         collapse.legend(fontsize=6.5)
-    return save(fig, path)
+    return fig
+
+
+@dataclass(frozen=True)
+class Delays:
+    """What was found: the systems' normal forms, and every measured delay."""
+
+    forms: dict[str, NormalForm]
+    dampings: tuple[float, ...]
+    cells: tuple[Cell, ...]
+
+    def of(self, name: str, damping: float) -> list[Cell]:
+        """The delays of a system at a damping."""
+        return [c for c in self.cells if c.system == name and c.damping == damping]
+
+
+def _cost(work: tuple[str, NormalForm, float, float]) -> float:
+    """Slow ramps at little damping take longest."""
+    return 1.0 / (work[3] * max(work[2], 1e-2))
 
 
 def main(
     *,
-    progress: Progress | None = None,
-    out: Path,
-    systems: str = "all",
+    systems: Literal["beam", "ribbon", "all"] = "all",
     dampings: tuple[float, ...] = DAMPINGS,
     decades: int = 5,
-    processes: int = 2,
-) -> Section:
+    sweep: Sweep | None = None,
+) -> Delays:
     """Measure how late the snap comes, for every model, damping and rate (paper, Figs. 6 to 9).
 
     The delay of the angle past the static fold on the same mesh, against the prediction from the
     fold's normal form, which has no free parameter; exponents with their ranges.
     --systems: beam, ribbon or all.
     """
-    progress = progress or Progress()
+    sweep = sweep or Sweep()
     if systems not in GROUPS:
         raise ValueError(f"systems = {systems!r}: must be one of {', '.join(GROUPS)}")
     names = GROUPS[systems]
     forms = {}
-    for name in progress("static folds", names):
+    for name in sweep.progress("static folds", names):
         system = SYSTEMS[name]
         forms[name] = system.normal_forms(system.scene, **system.mesh)[0]
-        # compiled once here, before any worker starts
-        warm = replace(system.scene, rate=10.0, stop=0.01)
-        system.simulate(warm, **system.mesh, **system.policy)
     work = [
         (name, forms[name], damping, rate)
         for name in names
         for damping in dampings
         for rate in rates_for(damping, decades)
     ]
-    # slow ramps at little damping take longest
-    work.sort(key=lambda w: w[3] * max(w[2], 1e-2))
-    cells = list(progress("delays", in_parallel(_measure, work, processes), len(work)))
-    pictures = []
-    for group, title in (
-        ("beam", "The beam (paper, Figs. 6 and 7)"),
-        ("ribbon", "The ribbon (paper, Figs. 8 and 9)"),
-    ):
-        if set(GROUPS[group]) <= set(names):
-            file = _draw(cells, forms, GROUPS[group], out / f"delay-{group}.png")
-            pictures.append(
-                Picture(
-                    file,
-                    f"{title}: measured delays (circles) and the prediction from the static fold (lines).",
-                )
-            )
-    exponents, limits = [], []
-    for name in names:
-        for damping in dampings:
-            mine = [c for c in cells if c.system == name and c.damping == damping]
+    work.sort(key=_cost, reverse=True)
+    cells = sweep("delays", _measure, work, cost=_cost, prepare=warm_up)
+    return Delays(forms, tuple(dampings), tuple(cells))
+
+
+def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
+    """System, damping, fitted exponent and its range, the slowest cell, the predicted exponent, the limit."""
+    for name in found.forms:
+        for damping in found.dampings:
+            mine = found.of(name, damping)
             fitted = slope_of(mine)
             slow = min((c for c in mine if c.measured), key=lambda c: c.rate, default=None)
             if fitted is None or slow is None or slow.measured is None:
                 continue
             ends = sorted((c for c in mine if c.rate in fitted[1:]), key=lambda c: c.rate)
             theory = float(np.log(ends[1].predicted / ends[0].predicted) / np.log(fitted[2] / fitted[1]))
-            limit = ratio_limit(mine)
-            exponents.append(
-                [name, damping, f"{fitted[1]:.0e} .. {fitted[2]:.0e}", slow.damping_ratio]
-                + [fitted[0], theory, fitted[0] - 1.0, slow.measured / slow.predicted, limit]
-            )
-            limits.append(
-                {
-                    "system": name,
-                    "damping": damping,
-                    "exponent": fitted[0],
-                    "rates": fitted[1:],
-                    "limit": limit,
-                }
-            )
+            yield name, damping, fitted, slow, theory, ratio_limit(mine)
+
+
+def words(found: Delays) -> list[str]:
+    """The theory, its one number of each system, and how to judge it."""
+    return [
+        "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
+        "product c a2 comes from statics alone, and with it the delay at any rate and damping: "
+        "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5).",
+        "c a2 in s^-4/rad: "
+        + ", ".join(f"{name} {form.product:.5g}" for name, form in found.forms.items())
+        + ".",
+        "Exponents of the angle delay tend to 4/5 where inertia rules and to 2/3 where damping does, of "
+        "the time delay to -1/5 and -1/3, but slowly: judge by measured / predicted at the slowest rate "
+        "and its limit.",
+    ]
+
+
+def tables(found: Delays) -> list[Table]:
+    """Exponents and limits, then every cell."""
+    exponents = [
+        [name, damping, f"{fitted[1]:.0e} .. {fitted[2]:.0e}", slow.damping_ratio]
+        + [fitted[0], theory, fitted[0] - 1.0, (slow.measured or 0.0) / slow.predicted, limit]
+        for name, damping, fitted, slow, theory, limit in _exponents(found)
+    ]
+    names = list(found.forms)
     rows = [
         [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted]
         + [None if c.measured is None else c.measured / c.predicted, c.seconds, c.problem]
-        for c in sorted(cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
+        for c in sorted(found.cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
     ]
-    return Section(
-        name="delay",
-        title="The delay of the snap, and theory without a free parameter",
-        text=[
-            "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
-            "product c a2 comes from statics alone, and with it the delay at any rate and damping: "
-            "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5).",
-            "c a2 in s^-4/rad: "
-            + ", ".join(f"{name} {form.product:.5g}" for name, form in forms.items())
-            + ".",
-            "Exponents of the angle delay tend to 4/5 where inertia rules and to 2/3 where damping does, of "
-            "the time delay to -1/5 and -1/3, but slowly: judge by measured / predicted at the slowest rate "
-            "and its limit.",
+    return [
+        Table(
+            "Exponents over the three slowest rates, and the limit of measured / predicted",
+            ["system", "nu (1/s)", "rates (rad/s)", "Lambda", "exponent", "predicted", "of the time"]
+            + ["ratio, slowest", "ratio, limit"],
+            exponents,
+            ["s", "g", "s", ".2e", ".4f", ".4f", "+.4f", ".4f", ".4f"],
+            "Lambda at the slowest rate. predicted: exponent of the predicted curve over the same rates. "
+            "of the time: exponent of the time delay. limit: quadratic extrapolation to rate 0.",
+        ),
+        Table(
+            "All cells",
+            ["system", "nu (1/s)", "rate (rad/s)", "Lambda", "measured (rad)", "predicted (rad)"]
+            + ["ratio", "s", "problem"],
+            rows,
+            ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4f", ".2f", "s"],
+        ),
+    ]
+
+
+def drawings(found: Delays) -> Iterator[Drawing]:
+    """The paper's Figs. 6 to 9."""
+    for group, title in (
+        ("beam", "The beam (paper, Figs. 6 and 7)"),
+        ("ribbon", "The ribbon (paper, Figs. 8 and 9)"),
+    ):
+        if set(GROUPS[group]) <= set(found.forms):
+            yield Drawing(
+                f"delay-{group}.png",
+                f"{title}: measured delays (circles) and the prediction from the static fold (lines).",
+                _draw(found.cells, found.forms, GROUPS[group]),
+            )
+
+
+def values(found: Delays) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "products": {name: form.product for name, form in found.forms.items()},
+        "folds": {name: form.angle for name, form in found.forms.items()},
+        "exponents": [
+            {
+                "system": name,
+                "damping": damping,
+                "exponent": fitted[0],
+                "rates": fitted[1:],
+                "limit": limit,
+            }
+            for name, damping, fitted, _, _, limit in _exponents(found)
         ],
-        tables=[
-            Table(
-                "Exponents over the three slowest rates, and the limit of measured / predicted",
-                ["system", "nu (1/s)", "rates (rad/s)", "Lambda", "exponent", "predicted", "of the time"]
-                + ["ratio, slowest", "ratio, limit"],
-                exponents,
-                ["s", "g", "s", ".2e", ".4f", ".4f", "+.4f", ".4f", ".4f"],
-                "Lambda at the slowest rate. predicted: exponent of the predicted curve over the same rates. "
-                "of the time: exponent of the time delay. limit: quadratic extrapolation to rate 0.",
-            ),
-            Table(
-                "All cells",
-                ["system", "nu (1/s)", "rate (rad/s)", "Lambda", "measured (rad)", "predicted (rad)"]
-                + ["ratio", "s", "problem"],
-                rows,
-                ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4f", ".2f", "s"],
-            ),
-        ],
-        pictures=pictures,
-        values={
-            "products": {name: form.product for name, form in forms.items()},
-            "folds": {name: form.angle for name, form in forms.items()},
-            "exponents": limits,
-            "cells": [vars(c) for c in cells],
-        },
-    )
+        "cells": [vars(c) for c in found.cells],
+    }
+
+
+QUESTION = Question(
+    name="delay",
+    title="The delay of the snap, and theory without a free parameter",
+    takes="some 15 minutes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from compare.chooser.choice import Answer, Choice, choose
-from compare.face.report import Picture, Section, Table
 from compare.face.scene_file import read_scene
-from compare.face.style import figure, save
-from compare.sweep.progress import Progress
+from compare.face.section import Drawing, Table
+from compare.face.style import figure
+from compare.sweep import Progress, Sweep
+
+from .registry import Question
+
+# exit status where the answer is not within the tolerance, and where refinement does not settle it
+NOT_MET, SENSITIVE = 3, 4
 
 
-def _draw(choice: Choice, answer: Answer, path: Path) -> str:
+@dataclass(frozen=True)
+class Asked:
+    """What was found: the way that was chosen, and the answer; `file` is the scene's."""
+
+    file: str
+    choice: Choice
+    answer: Answer
+
+
+def _draw(found: Asked) -> Any:
     """z(1/2) of the finest run against the angle, with the answer."""
-    history = answer.history
+    history, value = found.answer.history, found.answer.value
     fig, axes = figure(1, width=5.0)
     if history is not None:
         axes.plot(history.angle, history.height)
-    if answer.value is not None:
-        axes.axvline(answer.value, color="0.5", lw=0.8)
+    if value is not None:
+        axes.axvline(value, color="0.5", lw=0.8)
         axes.axhline(0.0, color="0.8", lw=0.8)
-    scene = choice.scene
+    scene = found.choice.scene
     axes.set_title(f"dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.start}", fontsize=9)
     axes.set(xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$")
-    return save(fig, path)
+    return fig
 
 
 def _words(choice: Choice, answer: Answer) -> str:
@@ -36,7 +52,12 @@ def _words(choice: Choice, answer: Answer) -> str:
             f"by some {answer.error:.1e} rad. No single run decides it."
         )
     if answer.value is None:
-        return f"no {what}: the clamp stops before it, or the ribbon does not do it."
+        stop = choice.scene.stop
+        until = (
+            "within a full turn of the clamp" if stop is None else f"before the clamp stops at {stop:g} rad"
+        )
+        held = f", nor while it is held for {choice.scene.hold:g} s" if stop and choice.scene.hold else ""
+        return f"no {what} {until}{held}."
     kept = "within" if answer.met else "NOT within"
     return (
         f"{what} at {answer.value:.7f} rad, to {answer.error:.1e} rad: {kept} the tolerance of "
@@ -47,12 +68,11 @@ def _words(choice: Choice, answer: Answer) -> str:
 def main(
     scene: Path,
     *,
-    progress: Progress | None = None,
-    out: Path,
     tolerance: float = 1e-3,
-    quantity: str = "snap",
+    quantity: Literal["snap", "first snap", "fold"] = "snap",
     motion: bool = False,
-) -> Section:
+    sweep: Sweep | None = None,
+) -> Asked:
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
@@ -61,20 +81,47 @@ def main(
     """
     stated = read_scene(scene)
     choice = choose(stated, tolerance, quantity, motion=motion)
-    (answer,) = (choice.run() for _ in (progress or Progress())("scene", [stated]))
+    progress = sweep.progress if sweep else Progress()
+    (answer,) = (choice.run() for _ in progress("scene", [stated]))
+    return Asked(str(scene), choice, answer)
+
+
+def words(found: Asked) -> list[str]:
+    """The answer, and why it was had so."""
+    return [_words(found.choice, found.answer), f"Chosen: {found.choice.model}. {found.choice.reason}."]
+
+
+def tables(found: Asked) -> Iterator[Table]:
+    """The runs that the answer took."""
     rows: list[list[Any]] = [
         [run.model, ", ".join(f"{name} {value}" for name, value in run.policy.items() if name != "until")]
         + [run.value, run.seconds]
-        for run in answer.runs
+        for run in found.answer.runs
     ]
-    pictures = []
-    if answer.history is not None:
-        file = _draw(choice, answer, out / "run-motion.png")
-        pictures = [Picture(file, "Height at midspan against the clamp angle, of the finest run.")]
-    values: dict[str, Any] = {
-        "scene": str(scene),
-        "quantity": quantity,
-        "tolerance": tolerance,
+    if rows:
+        yield Table(
+            "Runs",
+            ["model", "policy", "angle (rad)", "CPU s"],
+            rows,
+            ["s", "s", ".7f", ".3f"],
+            f"{found.answer.seconds:.3f} s in all.",
+        )
+
+
+def drawings(found: Asked) -> Iterator[Drawing]:
+    """The motion, where there was one."""
+    if found.answer.history is not None:
+        caption = "Height at midspan against the clamp angle, of the finest run."
+        yield Drawing("run-motion.png", caption, _draw(found))
+
+
+def values(found: Asked) -> dict[str, Any]:
+    """The numbers for programs."""
+    choice, answer = found.choice, found.answer
+    numbers: dict[str, Any] = {
+        "scene": found.file,
+        "quantity": choice.quantity,
+        "tolerance": choice.tolerance,
         "model": choice.model,
         "reason": choice.reason,
         "value": answer.value,
@@ -84,24 +131,25 @@ def main(
         "seconds": answer.seconds,
         "runs": [vars(run) for run in answer.runs],
     }
-    if answer.history is not None and motion:
+    if answer.history is not None and choice.motion:
         columns = ("time", "angle", "height", "slope")
-        values["motion"] = {name: getattr(answer.history, name).tolist() for name in columns}
-    return Section(
-        name="run",
-        title=f"{Path(scene).stem}: {quantity}",
-        text=[_words(choice, answer), f"Chosen: {choice.model}. {choice.reason}."],
-        tables=[
-            Table(
-                "Runs",
-                ["model", "policy", "angle (rad)", "CPU s"],
-                rows,
-                ["s", "s", ".7f", ".3f"],
-                f"{answer.seconds:.3f} s in all.",
-            )
-        ]
-        if rows
-        else [],
-        pictures=pictures,
-        values=values,
-    )
+        numbers["motion"] = {name: getattr(answer.history, name).tolist() for name in columns}
+    return numbers
+
+
+def status(found: Asked) -> int:
+    """0 where the tolerance was met, 3 where not, 4 where refinement does not settle the value."""
+    return SENSITIVE if found.answer.sensitive else 0 if found.answer.met else NOT_MET
+
+
+QUESTION = Question(
+    name="run",
+    title=lambda found: f"{Path(found.file).stem}: {found.choice.quantity}",
+    takes="from a millisecond to some seconds, by the scene and the tolerance",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+    status=status,
+)

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import der
-from compare.face.report import Picture, Section, Table
-from compare.face.style import figure, save
-from compare.sweep.progress import Progress
-from der import kernels
-from der.problem import Statics
-from der.rod import Rod
-from der.states import start_state
+from compare.face.section import Drawing, Table
+from compare.face.style import figure
+from compare.sweep import Progress, Sweep
+from der import profile
 from ribbonfem import Scene
+
+from .registry import Question
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.6)
 SLOW = Scene(compression=0.40, shear=0.40, rate=0.01, damping=10.0, stop=0.6)
@@ -55,62 +54,54 @@ def reference_kernel() -> float:
 
 def parts_of_an_iteration(nodes: int) -> dict[str, float]:
     """Best seconds of each kernel of a Newton iteration, called from compiled-code wrappers."""
-    rod = Rod(SNAP, nodes)
-    state = start_state(rod)
-    problem = Statics(rod)
-    tangent, inverse = problem.edges(state.x)
-    gradient, energies = np.zeros(4 * nodes), np.zeros(3)
-    hessian = np.zeros((4 * nodes + kernels.WIDTH, kernels.WIDTH + 1))
-    first, last = rod.free.start, rod.free.stop
-    m1, twist, turn = state.m1.copy(), state.twist.copy(), np.zeros(nodes)
-    shifted = problem.assemble(state)[2]
-    shifted[: 4 * nodes, 0] += 1e6 * rod.inertia
-    factors, right = shifted.copy(), np.zeros(4 * nodes + kernels.WIDTH)
-
-    def assemble(second: bool) -> None:
-        kernels.assemble(
-            tangent,
-            inverse,
-            m1,
-            twist,
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            gradient,
-            hessian,
-            energies,
-            second,
-            nodes,
-        )
-
-    def factor() -> None:
-        factors[:] = shifted
-        kernels.factor(factors, first, last)
-
-    calls: dict[str, Callable[[], Any]] = {
-        "edges": lambda: kernels.edges(state.x, tangent, inverse),
-        "frames": lambda: kernels.carry(tangent, state.m1, state.twist, tangent, turn, m1, twist),
-        "forces": lambda: assemble(False),
-        "forces and Hessian": lambda: assemble(True),
-        "copy": lambda: factors.__setitem__(slice(None), shifted),
-        "copy and factorisation": factor,
-        "solve": lambda: kernels.solve(factors, first, last, right),
-    }
-    found = {}
-    for name, call in calls.items():
-        call()
-        found[name] = _best(partial(_often, call), 15)[0] / _OFTEN
-    return found
+    calls = profile.parts(SNAP, nodes)
+    return {name: _best(partial(_often, call), 15)[0] / _OFTEN for name, call in calls.items()}
 
 
-def main(*, progress: Progress | None = None, out: Path, nodes: int = 51, repeats: int = 5) -> Section:
+@dataclass(frozen=True)
+class Speed:
+    """What was found: `scenes` are rows of the slow ramps, all times in s.
+
+    Attributes
+    ----------
+    nodes, repeats: of the rod, and how often each was timed.
+    steps_per_second, seconds_per_iteration: of implicit Euler, a value a repeat.
+    unit: of the reference kernel.
+    start: best and median of the static start.
+    parts: of a Newton iteration.
+    """
+
+    nodes: int
+    repeats: int
+    steps_per_second: tuple[float, ...]
+    seconds_per_iteration: tuple[float, ...]
+    unit: float
+    start: tuple[float, float]
+    scenes: tuple[list[Any], ...]
+    parts: dict[str, float]
+
+
+def _ramp(label: str, scene: Scene, tight: float, nodes: int, unit: float, taken: list[float]) -> list[Any]:
+    """A row of the slow ramps: times, errors against a tight run, what it took."""
+    reference = der.simulate(scene, nodes=nodes, tolerance=tight, configurations=False)
+    history = der.simulate(scene, nodes=nodes, configurations=False)
+    errors = []
+    for quantity in ("slope", "height"):
+        ours, truth = history.crossing(quantity), reference.crossing(quantity)
+        errors.append(None if ours is None or truth is None else ours[1] - truth[1])
+    stats = history.stats
+    row: list[Any] = [label, min(taken), statistics.median(taken), min(taken) / unit, *errors]
+    return row + [stats["steps"], stats["newton_iterations"], stats["rejected"]]
+
+
+def main(*, nodes: int = 51, repeats: int = 5, sweep: Sweep | None = None) -> Speed:
     """Measure the rod's time loop on one core: steps a second, time a Newton iteration, a profile.
 
     Implicit Euler at 1e-3 s with Newton stopped at an update below 1e-8 L; the static start; the
     slow scenes of the delay and skipping studies to 1e-4 in their snap angles, with the error
     of each beside its time.  Every time also as a multiple of a fixed reference kernel.
     """
-    progress = progress or Progress()
+    progress = sweep.progress if sweep else Progress()
     for method, step in (("implicit-euler", 1e-3), ("tr-bdf2", None)):
         der.simulate(SNAP, nodes=nodes, method=method, step=step, every=10**6, configurations=False)
     unit = reference_kernel()
@@ -120,107 +111,120 @@ def main(*, progress: Progress | None = None, out: Path, nodes: int = 51, repeat
         ).stats
         for _ in progress("implicit Euler", range(repeats))
     ]
-    rate = [stats["steps"] / stats["seconds"] for stats in euler]
-    iteration = [stats["seconds"] / stats["newton_iterations"] for stats in euler]
-    rod = Rod(SNAP, nodes)
-    start_best, start_median = _best(lambda: start_state(rod), repeats)
-    rows: list[list[Any]] = [
-        ["implicit Euler, steps a second", max(rate), statistics.median(rate), None],
-        ["implicit Euler, us a Newton iteration", 1e6 * min(iteration), 1e6 * statistics.median(iteration)]
-        + [min(iteration) / unit],
-        ["static start, s", start_best, start_median, start_best / unit],
-    ]
+    start = _best(profile.start(SNAP, nodes), repeats)
     scenes = []
     for label, scene, tight in (
         ("(0.40, 0.40) to 0.6, nu 10, rate 0.01", SLOW, 1e-6),
         ("(0.40, 0.37) to 0.6, nu 0.1, rate 0.01", RINGING, 3e-6),
     ):
-        reference = der.simulate(scene, nodes=nodes, tolerance=tight, configurations=False)
-        taken = []
-        for _ in progress(label, range(repeats)):
-            history = der.simulate(scene, nodes=nodes, configurations=False)
-            taken.append(history.stats["seconds"])
-        errors = []
-        for quantity in ("slope", "height"):
-            ours, truth = history.crossing(quantity), reference.crossing(quantity)
-            errors.append(None if ours is None or truth is None else ours[1] - truth[1])
-        stats = history.stats
-        scenes.append(
-            [label, min(taken), statistics.median(taken), min(taken) / unit, *errors]
-            + [stats["steps"], stats["newton_iterations"], stats["rejected"]]
-        )
-    parts = parts_of_an_iteration(nodes)
-    factorisation = parts["copy and factorisation"] - parts["copy"]
-    stacked = {
-        "edges and frames": parts["edges"] + parts["frames"],
+        taken = [
+            float(der.simulate(scene, nodes=nodes, configurations=False).stats["seconds"])
+            for _ in progress(label, range(repeats))
+        ]
+        scenes.append(_ramp(label, scene, tight, nodes, unit, taken))
+    return Speed(
+        nodes=nodes,
+        repeats=repeats,
+        steps_per_second=tuple(stats["steps"] / stats["seconds"] for stats in euler),
+        seconds_per_iteration=tuple(stats["seconds"] / stats["newton_iterations"] for stats in euler),
+        unit=unit,
+        start=start,
+        scenes=tuple(scenes),
+        parts=parts_of_an_iteration(nodes),
+    )
+
+
+def _stacked(parts: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Parts of an iteration with new factors, and with kept ones."""
+    moved = parts["edges"] + parts["frames"]
+    new = {
+        "edges and frames": moved,
         "forces and Hessian": parts["forces and Hessian"],
-        "factorisation": factorisation,
+        "factorisation": parts["copy and factorisation"] - parts["copy"],
         "solve": parts["solve"],
     }
-    kept = {
-        "edges and frames": stacked["edges and frames"],
-        "forces": parts["forces"],
-        "solve": parts["solve"],
-    }
+    return new, {"edges and frames": moved, "forces": parts["forces"], "solve": parts["solve"]}
+
+
+def words(found: Speed) -> list[str]:
+    """Steps a second and time an iteration, against the reference kernel."""
+    return [
+        f"{statistics.median(found.steps_per_second):.0f} steps of implicit Euler a second (median of "
+        f"{found.repeats}; N = {found.nodes}, step 1e-3 s, Newton's update below 1e-8 L) and "
+        f"{1e6 * statistics.median(found.seconds_per_iteration):.1f} us a Newton iteration. The reference "
+        f"kernel, a dense 300 x 300 matrix product, takes {1e6 * found.unit:.0f} us here.",
+    ]
+
+
+def tables(found: Speed) -> list[Table]:
+    """The loop, slow ramps, parts of an iteration."""
+    rate, iteration, unit = found.steps_per_second, found.seconds_per_iteration, found.unit
+    rows: list[list[Any]] = [
+        ["implicit Euler, steps a second", max(rate), statistics.median(rate), None],
+        ["implicit Euler, us a Newton iteration", 1e6 * min(iteration), 1e6 * statistics.median(iteration)]
+        + [min(iteration) / unit],
+        ["static start, s", *found.start, found.start[0] / unit],
+    ]
+    parts = (*_stacked(found.parts)[0].items(), ("forces alone", found.parts["forces"]))
+    return [
+        Table(
+            "The loop alone",
+            ["what", "best", "median", "in reference kernels"],
+            rows,
+            ["s", ".4g", ".4g", ".3g"],
+        ),
+        Table(
+            "Slow ramps with the default policy (TR-BDF2), errors against tight ones",
+            ["scene", "best (s)", "median (s)", "in reference kernels", "error of t_z = 0", "error of z = 0"]
+            + ["steps", "iterations", "rejected"],
+            found.scenes,
+            ["s", ".3f", ".3f", ".3g", "+.1e", "+.1e", "d", "d", "d"],
+            "Errors in rad, on the same mesh; z = 0 of the second scene comes long after the first snap, "
+            "out of a vibration that magnifies every difference.",
+        ),
+        Table(
+            "Parts of a Newton iteration",
+            ["part", "us"],
+            [[name, 1e6 * seconds] for name, seconds in parts],
+            ["s", ".2f"],
+        ),
+    ]
+
+
+def drawings(found: Speed) -> Iterator[Drawing]:
+    """Where the time of an iteration goes."""
     fig, axes = figure(1, width=7.0, height=2.2)
-    for row, group in enumerate((stacked, kept)):
+    for row, group in enumerate(_stacked(found.parts)):
         left = 0.0
         for k, (name, seconds) in enumerate(group.items()):
             axes.barh(row, 1e6 * seconds, left=left, color=f"C{k}", edgecolor="white")
             axes.text(left + 5e5 * seconds, row, name, ha="center", va="center", fontsize=6.5)
             left += 1e6 * seconds
     axes.set_yticks([0, 1], ["new factors", "kept factors"])
-    axes.set(xlabel=f"microseconds of a Newton iteration, N = {nodes}", ylim=(-0.6, 1.6))
-    picture = save(fig, out / "speed-profile.png")
-    return Section(
-        name="speed",
-        title="The rod's time loop",
-        text=[
-            f"{statistics.median(rate):.0f} steps of implicit Euler a second (median of {repeats}; "
-            f"N = {nodes}, step 1e-3 s, Newton's update below 1e-8 L) and "
-            f"{1e6 * statistics.median(iteration):.1f} us a Newton iteration. The reference kernel, a dense "
-            f"300 x 300 matrix product, takes {1e6 * unit:.0f} us here.",
-        ],
-        tables=[
-            Table(
-                "The loop alone",
-                ["what", "best", "median", "in reference kernels"],
-                rows,
-                ["s", ".4g", ".4g", ".3g"],
-            ),
-            Table(
-                "Slow ramps with the default policy (TR-BDF2), errors against tight ones",
-                [
-                    "scene",
-                    "best (s)",
-                    "median (s)",
-                    "in reference kernels",
-                    "error of t_z = 0",
-                    "error of z = 0",
-                ]
-                + ["steps", "iterations", "rejected"],
-                scenes,
-                ["s", ".3f", ".3f", ".3g", "+.1e", "+.1e", "d", "d", "d"],
-                "Errors in rad, on the same mesh; z = 0 of the second scene comes long after the first snap, "
-                "out of a vibration that magnifies every difference.",
-            ),
-            Table(
-                "Parts of a Newton iteration",
-                ["part", "us"],
-                [
-                    [name, 1e6 * seconds]
-                    for name, seconds in (*stacked.items(), ("forces alone", parts["forces"]))
-                ],
-                ["s", ".2f"],
-            ),
-        ],
-        pictures=[Picture(picture, "Where the time of an iteration goes, with new and with kept factors.")],
-        values={
-            "steps_per_second": rate,
-            "seconds_per_iteration": iteration,
-            "reference_kernel": unit,
-            "start": [start_best, start_median],
-            "scenes": scenes,
-            "parts": parts,
-        },
-    )
+    axes.set(xlabel=f"microseconds of a Newton iteration, N = {found.nodes}", ylim=(-0.6, 1.6))
+    caption = "Where the time of an iteration goes, with new and with kept factors."
+    yield Drawing("speed-profile.png", caption, fig)
+
+
+def values(found: Speed) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "steps_per_second": list(found.steps_per_second),
+        "seconds_per_iteration": list(found.seconds_per_iteration),
+        "reference_kernel": found.unit,
+        "start": list(found.start),
+        "scenes": list(found.scenes),
+        "parts": found.parts,
+    }
+
+
+QUESTION = Question(
+    name="speed",
+    title="The rod's time loop",
+    takes="half a minute",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

@@ -1,31 +1,77 @@
-"""Independent runs on several processes."""
+"""Worker processes that end with their parent and need no main guard in the script that starts them."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Sequence
+import signal
+import sys
+import threading
+import time
+import types
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from typing import TypeVar
+from contextlib import contextmanager
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+# seconds after which a worker notices that its parent is gone
+_WATCH = 1.0
 
 
-def _single_threaded() -> None:
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_WATCH)
+    os._exit(1)
+
+
+def _begin(parent: int) -> None:
+    # an interrupt is the parent's to answer: it ends its workers itself
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     # one process a core is the parallelism there is; threads below it only get in the way
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"
 
 
-def in_parallel(call: Callable[[Item], Result], items: Sequence[Item], processes: int) -> Iterator[Result]:
-    """Yield call(item) in the order of the items, computed on `processes` processes (1: in this one)."""
-    if processes < 1:
-        raise ValueError(f"processes = {processes!r}: must be at least 1")
-    if processes == 1 or len(items) < 2:
-        yield from map(call, items)
-        return
-    # spawned: a forked child would inherit the locks of threads that it does not have
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=_single_threaded) as pool:
-        yield from pool.map(call, items)
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Hide the main module from processes that are spawned meanwhile.
+
+    They would run it again to find the functions that it defines: a script without a main guard would
+    start itself over and over, and one from standard input cannot be found at all.  A sweep's functions
+    are all in modules that can be imported.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+class WorkerPool(ProcessPoolExecutor):
+    """Spawned processes (a forked child would inherit the locks of threads that it does not have)."""
+
+    def __init__(self, processes: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        super().__init__(processes, mp_context=context, initializer=_begin, initargs=(os.getpid(),))
+
+    def submit(self, *call, **more):  # type: ignore[no-untyped-def]
+        """As any executor's; processes are spawned here, as they are needed."""
+        with _without_main():
+            return super().submit(*call, **more)
+
+    def end(self) -> None:
+        """Stop at once, whatever is running."""
+        workers = list((self._processes or {}).values())
+        self.shutdown(wait=False, cancel_futures=True)
+        for worker in workers:
+            worker.terminate()
+        for worker in workers:
+            worker.join(timeout=5.0)
+            if worker.is_alive():
+                worker.kill()

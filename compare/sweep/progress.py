@@ -1,13 +1,42 @@
-"""A progress bar with the time left, which library code can be given and need not know."""
+"""A progress bar with an honest time left, which library code can be given and need not know."""
 
 from __future__ import annotations
 
+import logging
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
+
+log = logging.getLogger("ribbonfem")
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+class Bar:
+    """One line of progress: how many of how many, and the time left by cost and not by number."""
+
+    def __init__(self, bars: Any, title: str, count: int, cost: float) -> None:
+        self.bars, self.count, self.cost = bars, count, max(cost, 1e-300)
+        self.done, self.spent, self.begin = 0, 0.0, time.monotonic()
+        self.task = bars.add_task(title, total=self.cost, left="", number=f"0/{count}") if bars else None
+
+    def advance(self, cost: float = 1.0) -> None:
+        """One item of this cost is done."""
+        self.done, self.spent = self.done + 1, self.spent + cost
+        if self.bars:
+            passed = time.monotonic() - self.begin
+            left = passed * max(self.cost - self.spent, 0.0) / max(self.spent, 1e-300)
+            self.bars.update(
+                self.task, advance=cost, left=f"{_clock(left)} left", number=f"{self.done}/{self.count}"
+            )
 
 
 class Progress:
@@ -18,14 +47,14 @@ class Progress:
         if visible and sys.stderr.isatty():
             # imported here: a run without a terminal does not need it
             from rich.console import Console
-            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import BarColumn, TextColumn
             from rich.progress import Progress as Bars
 
             self._bars = Bars(
                 TextColumn("{task.description}"),
                 BarColumn(),
-                MofNCompleteColumn(),
-                TimeRemainingColumn(),
+                TextColumn("{task.fields[number]}"),
+                TextColumn("{task.fields[left]}"),
                 console=Console(stderr=True),
                 transient=True,
             )
@@ -41,13 +70,22 @@ class Progress:
         if self._bars:
             self._bars.stop()
 
+    def say(self, text: str) -> None:
+        """A line above the bars, and in the log."""
+        log.info(text)
+        if self._bars:
+            self._bars.console.print(text, highlight=False)
+
+    def bar(self, title: str, count: int, cost: float | None = None) -> Bar:
+        """A bar that its holder advances."""
+        return Bar(self._bars, title, count, float(count) if cost is None else cost)
+
     def __call__(self, title: str, items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
         """Yield the items, one step of a bar each; `total` is needed of items without a length."""
         if total is None:
             items = list(items)
             total = len(items)
-        task = self._bars.add_task(title, total=total) if self._bars else None
+        bar = self.bar(title, total)
         for item in items:
             yield item
-            if self._bars:
-                self._bars.advance(task)
+            bar.advance()

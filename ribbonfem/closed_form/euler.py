@@ -21,6 +21,15 @@ def pendulum(compression: float) -> tuple[float, float]:
     return float(m), float(ellipk(m))
 
 
+def bent(compression: float, compliance: float) -> float:
+    """The part of a dL/L that bending takes up in a beam that stretches, c = EI2 / (EA L^2), about.
+
+    Its force is close to Euler's, P (1 - c P) = 4 pi^2, and takes up c P.
+    """
+    shortening = 0.5 * (1.0 - np.sqrt(max(0.0, 1.0 - 16.0 * np.pi**2 * compliance)))
+    return compression - float(min(shortening, 0.999 * compression))
+
+
 def tangent_angle(compression: float, s: Array) -> Array:
     """phi (rad) at the arclengths s (L)."""
     m, quarter = pendulum(compression)

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ribbonfem.results import Array
+from ribbonfem.policy import interval, whole_number
+from ribbonfem.results import Array, Value
 
 # sigma at which the beam has mu = 0: Euler's clamped mode, the odd one, and the next even one
 EULER = 2.0 * np.pi
@@ -38,8 +39,8 @@ class ClosedFormFold:
     height: float
 
 
-@dataclass(frozen=True)
-class ClosedFormBranch:
+@dataclass(frozen=True, repr=False, eq=False)
+class ClosedFormBranch(Value):
     """The equilibria connected with U+ at mu = 0, one row a point, in the order of the curve.
 
     `load` is sigma^2, which grows along the curve: from U+ at the smallest mu over the fold to
@@ -52,6 +53,10 @@ class ClosedFormBranch:
     height: Array
     load: Array
     stable: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        span = f"mu {self.mu.min():.4g} .. {self.mu.max():.4g}" if len(self.mu) else "empty"
+        return f"ClosedFormBranch({len(self.mu)} points, {span}, {int(np.count_nonzero(self.stable))} stable)"
 
 
 def _even_and_odd(sigma: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -106,8 +111,8 @@ def closed_form_branch(span: tuple[float, float], points: int = 400) -> ClosedFo
     ValueError
         If 0 is not inside `span`.
     """
-    if not span[0] < 0.0 < span[1]:
-        raise ValueError(f"span = {span!r}: must contain 0 inside")
+    span = interval("span", span)
+    points = whole_number("points", points, 3, 10**7)
     marks = [_load_at(-span[0]), EULER**2, ODD**2, NEXT_EVEN**2]
     # the singular loads themselves are left out: both shares of the stretch are infinite there
     load = np.concatenate([np.linspace(a, b, points // 3 + 2)[1:-1] for a, b in itertools.pairwise(marks)])

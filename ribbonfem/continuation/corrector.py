@@ -17,6 +17,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
+from ribbonfem.policy import CHECKS, positive, refuse, whole_number
 from ribbonfem.results import Array, SolverError
 
 State = TypeVar("State")
@@ -98,8 +99,20 @@ class Steps:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, bool) or not value > 0:
-                raise ValueError(f"Steps.{name} = {value!r}: must be greater than 0")
+            if name in ("newton", "most"):
+                object.__setattr__(self, name, whole_number(f"Steps.{name}", value, 1))
+            else:
+                object.__setattr__(self, name, positive(f"Steps.{name}", value))
+
+
+def _steps(name: str, value: object) -> Steps | None:
+    """Return `value` if it is `Steps` or None."""
+    if value is not None and not isinstance(value, Steps):
+        refuse(name, value, "must be None or continuation.Steps(...), the control of the steps")
+    return value
+
+
+CHECKS["steps"] = _steps
 
 
 @dataclass(frozen=True)
@@ -172,7 +185,7 @@ def equilibrium(
             return state, problem.linearise(state, parameter)
     raise SolverError(
         f"no equilibrium found at parameter {parameter:.6g}: Newton's last increment was {size:.3g} "
-        f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess or a finer mesh"
+        f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess"
     )
 
 

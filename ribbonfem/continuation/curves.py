@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbonfem.results import Array, Branch, Fold, SolverError
+from ribbonfem.results import MESH, Array, Branch, Fold, SolverError
 from ribbonfem.scene import Scene
 
 from .tracing import Event, Point, Problem, State, Steps, first_point, trace
@@ -40,25 +40,28 @@ class Curve:
     branch_points: tuple[Fold, ...]
     positions: Array
 
-    def as_branch(self, scene: Scene, policy: Mapping[str, Any]) -> Branch:
+    def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str) -> Branch:
         """The same curve as a `Branch` that carries what it was made from."""
+        mesh = {name: value for name, value in policy.items() if name in MESH}
+        of: dict[str, Any] = {"model": model, "scene": scene, "policy": mesh}
         return Branch(
             angle=self.parameter,
             height=self.height,
             slope=self.slope,
             load=self.load,
             stable=self.stable,
-            folds=self.folds,
+            folds=tuple(replace(fold, **of) for fold in self.folds),
             configurations=self.positions,
             scene=scene,
             policy=dict(policy),
+            model=model,
         )
 
 
-def as_fold(problem: Problem[State], point: Point[State]) -> Fold:
-    """The angle, height and load of a point."""
+def as_fold(problem: Problem[State], point: Point[State], **of: Any) -> Fold:
+    """The angle, height and load of a point; `of` are the model, scene and policy that it is a fold of."""
     height, _, load = problem.observe(point.state, point.parameter)
-    return Fold(float(point.parameter), float(height), float(load))
+    return Fold(float(point.parameter), float(height), float(load), **of)
 
 
 def whole_curve(

@@ -102,7 +102,7 @@ def at_parameter(
     except (Failed, ValueError) as error:
         raise SolverError(
             f"parameter {target:.9g} was not found between {base.parameter:.9g} and "
-            f"{segment.end.parameter:.9g}; take shorter steps"
+            f"{segment.end.parameter:.9g}, on a step of {length:.3g} in arclength"
         ) from error
     state = problem.advance(near.state, np.zeros_like(near.direction), target)
     state, line = equilibrium(problem, state, target)
@@ -110,7 +110,7 @@ def at_parameter(
         direction, rate = tangent(problem, line, near.direction, near.rate)
     except Failed as error:
         raise SolverError(
-            f"the curve of equilibria has no tangent at parameter {target:.9g}; take a finer mesh"
+            f"the curve of equilibria has no tangent at parameter {target:.9g}: its factorisation broke down"
         ) from error
     return Point(state, target, direction, rate, line.index, line, near.step, near.iterations)
 
@@ -278,7 +278,7 @@ def trace(
             if step < steps.smallest:
                 raise SolverError(
                     f"continuation stopped at parameter {base.parameter:.9g}: no step of at least "
-                    f"{steps.smallest:g} converged; allow smaller steps or use a finer mesh"
+                    f"{steps.smallest:g} in arclength (`Steps.smallest`) found a next point of the same curve"
                 )
             try:
                 end = correct(problem, base, step, steps)
@@ -328,5 +328,5 @@ def switch(
     except Failed as error:
         raise SolverError(
             f"no second curve found at {amplitude:g} along the null vector of the branch point at "
-            f"parameter {base.parameter:.9g}; take a smaller amplitude"
+            f"parameter {base.parameter:.9g}"
         ) from error

@@ -1,17 +1,25 @@
 """The planar elastica: a geometrically exact beam, with or without stretch."""
 
+from ribbonfem.names import public
+
+from .declared import DECLARED
 from .verbs import (
     equilibria,
     folds,
     frequencies,
+    leaves_plane,
     normal_forms,
     simulate,
 )
 
 __all__ = [
+    "DECLARED",
     "equilibria",
     "folds",
     "frequencies",
+    "leaves_plane",
     "normal_forms",
     "simulate",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

@@ -39,7 +39,7 @@ from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.legendre import Mesh
-from ribbonfem.policy import flag, whole_number
+from ribbonfem.policy import flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
@@ -62,8 +62,10 @@ class Statics:
 
     def __init__(self, scene: Scene, elements: int, extensible: bool) -> None:
         scene.require_planar("elastica")
-        self.mesh = Mesh(whole_number("elements", elements, 4))
+        count = whole_number("elements", elements, 4)
+        require_memory("elements", elements, 2e4 * count, "the mesh")
         self.compliance = 1.0 / scene.ribbon.stretch_ratio if flag("extensible", extensible) else 0.0
+        self.mesh = Mesh(count)
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
@@ -78,12 +80,13 @@ class Statics:
         self.weight[mesh.degree - 1 : mesh.count - 2 : mesh.degree] = PARAMETER_WEIGHT / mesh.elements
 
     def start(self) -> _State:
-        """The inextensible buckled beam at alpha = 0, Euler's clamped elastica."""
+        """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
         phi = np.zeros(self.mesh.count)
         nodes = np.linspace(0.0, 1.0, self.mesh.elements + 1)
-        phi[:: self.mesh.degree] = euler.tangent_angle(1.0 - self.chord, nodes)
+        bent = euler.bent(1.0 - self.chord, self.compliance)
+        phi[:: self.mesh.degree] = euler.tangent_angle(bent, nodes)
         phi[-1] = 0.0
-        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(1.0 - self.chord)[1] ** 2, 0.0]))
+        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]))
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
         """Move the free angles and the force, and turn the clamp to `parameter`."""

@@ -7,19 +7,46 @@ import numpy as np
 from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.policy import interval
+from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.newmark import Control, integrate
 
+from . import sideways
 from .motion import at_rest, tables, vibrations
 from .problem import Statics
 
-__all__ = ["equilibria", "folds", "frequencies", "normal_forms", "simulate"]
+__all__ = ["equilibria", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
 
 TOLERANCE = 3e-6
 
 
+def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
+    """The equations of a beam that buckles.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a sheared scene, one that its stretch keeps flat, a mesh that cannot be.
+    """
+    problem = Statics(scene, elements, extensible)
+    if not extensible:
+        return problem
+    scene.require_buckled()
+    above = scene.compression - scene.ribbon.euler_shortening
+    if above < 1e-3 * scene.compression:
+        # this close a mesh may be below its own Euler's load
+        state, _ = equilibrium(problem, problem.start(), 0.0)
+        height = problem.observe(state, 0.0)[0]
+        if not problem.side * height > 0.1 * above**0.5:
+            raise SceneError(
+                f"Scene.compression = {scene.compression!r}: so close above Euler's load, "
+                f"{scene.ribbon.euler_shortening!r}, the beam of {problem.mesh.elements} elements stays flat"
+            )
+    return problem
+
+
+@verb
 def folds(
     scene: Scene, *, elements: int = 48, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -37,29 +64,49 @@ def folds(
     SceneError, PolicyError, SolverError
         For a sheared scene, a mesh that cannot be, a continuation that fails.
     """
-    problem = Statics(scene, elements, extensible)
+    problem = _problem(scene, elements, extensible)
     found = ramp_folds(problem, problem.start(), scene, steps)
-    return tuple(as_fold(problem, event.point) for event in found)
+    of = {"model": "elastica", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
+@verb
 def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
-    problem = Statics(scene, elements, extensible)
+    problem = _problem(scene, elements, extensible)
     return ramp_normal_forms(problem, problem.start(), scene)
 
 
+@verb
+def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    From the second variation, bending about the normal and twist, of the states from alpha = 0 in
+    the direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in
+    `folds`.
+
+    Returns
+    -------
+    NaN where they do not lose it; 0 where the start has not got it.
+    """
+    _problem(scene, elements, extensible)
+    return sideways.leaves_plane(scene, elements, extensible)
+
+
+@verb
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible: bool = False) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
     Parameters and errors as in `folds`.
     """
-    problem = Statics(scene, elements, extensible)
+    problem = _problem(scene, elements, extensible)
     return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 
+@verb
 def equilibria(
     scene: Scene,
     *,
@@ -74,12 +121,13 @@ def equilibria(
     Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
-    problem = Statics(scene, elements, extensible)
-    curve = whole_curve(problem, problem.start(), interval("span", span), steps, unstable)
+    problem = _problem(scene, elements, extensible)
+    curve = whole_curve(problem, problem.start(), span, steps, unstable)
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy)
+    return curve.as_branch(scene, policy, "elastica")
 
 
+@verb
 def simulate(
     scene: Scene,
     *,
@@ -107,8 +155,7 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" and the "load", the compressive force averaged along
-    the beam (EI2/L^2), as configurations.
+    `History`, with the nodes' "positions" as configurations.
 
     Raises
     ------
@@ -118,14 +165,18 @@ def simulate(
         If no step converges; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
-    problem = Statics(scene, elements, extensible)
+    problem = _problem(scene, elements, extensible)
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    motion = integrate(tables(problem), scene, control, *at_rest(problem, state))
     mesh = problem.mesh
     nodes = mesh.degree * np.arange(mesh.elements + 1)
-    x, z = motion.q[:, nodes], motion.q[:, mesh.count + nodes]
     index, weights = mesh.middle_weights()
+
+    def observe(q: Array, w: Array) -> tuple[Array, Array]:
+        x, z = q[:, nodes], q[:, mesh.count + nodes]
+        return np.sin(w[:, index] @ weights), np.stack((x, np.zeros_like(x), z), axis=2)
+
+    motion = integrate(tables(problem), scene, control, *at_rest(problem, state), observe)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -135,9 +186,5 @@ def simulate(
         "spectral_radius": spectral_radius,
         "until": until,
     }
-    return motion.as_history(
-        scene,
-        policy,
-        slope=np.sin(motion.w[:, index] @ weights),
-        positions=np.stack((x, np.zeros_like(x), z), axis=2),
-    )
+    motion.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
+    return motion.as_history(scene, policy, model="elastica")

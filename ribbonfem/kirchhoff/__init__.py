@@ -1,5 +1,8 @@
 """The ribbon as a geometrically exact Kirchhoff rod in three dimensions, by finite elements."""
 
+from ribbonfem.names import public
+
+from .declared import DECLARED
 from .motion import simulate
 from .verbs import (
     Pitchforks,
@@ -8,6 +11,7 @@ from .verbs import (
     equilibria,
     folds,
     frequencies,
+    leaves_plane,
     normal_forms,
     pitchforks,
     saddle,
@@ -18,12 +22,14 @@ from .verbs import (
 )
 
 __all__ = [
+    "DECLARED",
     "Pitchforks",
     "RestState",
     "ShearCurve",
     "equilibria",
     "folds",
     "frequencies",
+    "leaves_plane",
     "normal_forms",
     "pitchforks",
     "saddle",
@@ -33,3 +39,5 @@ __all__ = [
     "stable_states",
     "state",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

@@ -42,14 +42,16 @@ from .tangent import (
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON, REJECTED, ROWS = range(10)
-MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS = range(10, 21)
-CLOCK_SIZE = 21
+MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY = range(10, 22)
+CLOCK_SIZE = 22
 # columns of `rows`
 ROW_SIZE = 9  # time, angle, height, slope, kinetic, elastic, dissipated, work, load
 
 NEWTON_LIMIT = 20
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
+# a height counts as on one side of zero once it has been this far from it, L: rounding has no side
+DEPARTED = 1e-6
 # relative change of 1 / (step)^2 for which factors are kept
 KEEP = 0.4
 # a step grows by this factor at least, or stays: a new one costs new factors
@@ -682,7 +684,7 @@ def run(
             if clock[STEPS] == 0.0:
                 tangents(y.g, y.tangent)
                 _record(rod, s, y, 0.0, rows, row_x, row_m1)
-                clock[SIDE] = rows[0, 2]
+                clock[SIDE] = rows[0, 2] if abs(rows[0, 2]) > DEPARTED else 0.0
             before = 0.0 if phase == 0 else ramp.rate
             impulse = _project(rod, s, y, t, spin, ramp)
             clock[WORK] += 0.5 * (before + spin) * impulse
@@ -705,7 +707,8 @@ def run(
             continue
         nominal = 0.0
         if ramp.fixed > 0.0:
-            nominal = (end - start) / np.ceil((end - start) / ramp.fixed - 1e-9)
+            # at least one step, of however long a one is asked for
+            nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)
@@ -790,7 +793,9 @@ def run(
             clock[WORK] += 0.5 * (angle - angle0) * (clock[MOMENT] + moment)
             clock[DISSIPATED] += 0.5 * h * (clock[POWER] + power)
         clock[MOMENT], clock[POWER] = moment, power
-        clock[TIME] = target
+        # what rounding leaves of the sum of many equal steps is carried on: they are to land on the end
+        clock[TIME] = target if landed else time + (h + clock[CARRY])
+        clock[CARRY] = 0.0 if landed else (h + clock[CARRY]) - (clock[TIME] - time)
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
         if not landed or ramp.fixed > 0.0:
@@ -809,7 +814,10 @@ def run(
                 return GREW
             if phase == 1 and total < ramp.barrier:
                 return DONE
-            if ramp.snap and (clock[AFTER] > 0.0 or rows[row, 2] * clock[SIDE] <= 0.0):
+            if clock[SIDE] == 0.0 and abs(rows[row, 2]) > DEPARTED:
+                clock[SIDE] = rows[row, 2]
+            crossed = clock[SIDE] != 0.0 and rows[row, 2] * clock[SIDE] <= 0.0
+            if ramp.snap and (clock[AFTER] > 0.0 or crossed):
                 clock[AFTER] += 1.0
                 # the crossing is interpolated from two rows on each side
                 if clock[AFTER] > 2.0:

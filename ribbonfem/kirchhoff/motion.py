@@ -28,19 +28,21 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.policy import flag, whole_number
+from ribbonfem.growing import Growing
+from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
-    ENERGIES,
     LARGEST_TURN,
     NEWTON_TOLERANCE,
-    PROBLEMS,
     SMALLEST_STEP,
     Control,
+    problem_of,
 )
+from ribbonfem.values import handed_over
 
-from . import loop, states, tangent
+from . import loop, plane, states, tangent
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -49,11 +51,12 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
 NEWTON = 1e-3
-# rows that are allocated at a time
-ROWS = 512
+# rows are made in chunks of this many bytes of configurations
+_CHUNK = 4_000_000
 _warm = False
 
 
+@verb
 def simulate(
     scene: Scene,
     *,
@@ -93,8 +96,7 @@ def simulate(
     -------
     History
         `configurations` holds "positions" (rows, nodes, 3) in L and "normals" (rows, nodes, 3),
-        the directors m1, at the Gauss-Lobatto nodes, and "load" (rows,), the compressive force
-        along x averaged along the ribbon (EI2/L^2).
+        the directors m1, at the Gauss-Lobatto nodes.
 
     Raises
     ------
@@ -107,10 +109,8 @@ def simulate(
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
     mesh = checked_mesh(elements, extensible)
-    whole_number("every", every, 1)
-    flag("configurations", configurations)
-    flag("gyroscopic", gyroscopic)
-    scene.require_stop()
+    nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
+    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (loop.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
     barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
     ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
@@ -221,13 +221,16 @@ def ramp_of(
     """The clamp's motion and the control of steps."""
     unit = scene.ribbon.inertial_time
     rate, stop = scene.rate * unit, scene.require_stop()
-    turned = stop / rate
+    turned, hold = stop / rate, scene.hold / unit
+    if hold <= 1e-12 * turned:
+        # beside the ramp such a hold is rounding
+        hold = 0.0
     newton = NEWTON_TOLERANCE if control.tolerance is None else max(1e-11, NEWTON * control.tolerance)
     return loop.Ramp(
         rate=rate,
         stop=stop,
         turned=turned,
-        end=turned + scene.hold / unit,
+        end=turned + hold,
         damping=scene.damping * unit,
         fixed=0.0 if control.step is None else control.step / unit,
         tolerance=control.tolerance or 0.0,
@@ -249,47 +252,50 @@ class Run:
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
         self.solver = tangent.solver(elements)
         self.scratch = loop.scratch(elements, scheme.stages)
-        self.capacity = ROWS
-        self.chunks: list[tuple[Array, Array, Array]] = []
+        nodes = len(motion.x)
+        shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
+        self.rows = Growing((loop.ROW_SIZE,), *shapes, chunk=_CHUNK)
+        self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
 
     def go(self, ramp: loop.Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
-        nodes = len(self.motion.x)
-        status = loop.FULL
-        while status == loop.FULL:
-            room = self.capacity if self.kept else 0
-            rows = np.empty((self.capacity, loop.ROW_SIZE))
-            x, m1 = np.empty((room, nodes, 3)), np.empty((room, nodes, 3))
+        while True:
+            rows, *configurations = self.rows.reserve()
+            x, m1 = configurations or self.none
             self.motion.clock[loop.ROWS] = 0.0
             status = loop.run(
                 self.rod, self.scheme, ramp, self.solver, self.scratch, self.motion, rows, x, m1
             )
-            count = int(self.motion.clock[loop.ROWS])
-            self.chunks.append((rows[:count], x[:count], m1[:count]))
-        return int(status)
+            self.rows.count += int(self.motion.clock[loop.ROWS])
+            if status != loop.FULL or self.rows.full:
+                return int(status)
 
-    def history(self, scene: Scene, policy: dict[str, Any], seconds: float) -> History:
+    def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
         """The rows so far."""
-        rows, x, m1 = (np.concatenate(parts) for parts in zip(*self.chunks, strict=True))
+        taken = self.rows.taken()
+        taken[0][:, 0] *= scene.ribbon.inertial_time
+        rows, *configurations = map(handed_over, taken)
         clock = self.motion.clock
-        columns = rows.T.copy()
-        kept = {"positions": x, "normals": m1} if self.kept else {}
+        columns = rows.T
+        kept = dict(zip(("positions", "normals"), configurations, strict=False))
         return History(
-            time=columns[0] * scene.ribbon.inertial_time,
+            time=columns[0],
             angle=columns[1],
             height=columns[2],
             slope=columns[3],
             energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
-            configurations={**kept, "load": columns[8]},
+            configurations=kept,
+            load=columns[8],
             stats={
                 "steps": int(clock[loop.STEPS]),
                 "newton_iterations": int(clock[loop.NEWTON]),
                 "assemblies": int(clock[loop.ASSEMBLIES]),
                 "rejected": int(clock[loop.REJECTED]),
-                "seconds": seconds,
+                **stats,
             },
             scene=scene,
             policy=policy,
+            model="kirchhoff",
         )
 
 
@@ -321,8 +327,12 @@ def integrate(
     run = Run(rod, scheme, at_rest(problem, start), configurations)
     began = clock_time.perf_counter()
     status = run.go(ramp)
-    history = run.history(scene, policy, clock_time.perf_counter() - began)
-    if PROBLEMS[status]:
+    stats = {"seconds": clock_time.perf_counter() - began}
+    if scene.planar:
+        stats["leaves_plane"] = plane.leaves_plane(scene, policy["elements"], policy["extensible"])
+    history = run.history(scene, policy, stats)
+    problem_met = run.rows.full or problem_of(status, scene, control)
+    if problem_met:
         where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
-        raise SolverError(f"stopped at {where}: {PROBLEMS[status]}", history)
+        raise SolverError(f"kirchhoff: stopped at {where}: {problem_met}", history)
     return history

@@ -12,6 +12,7 @@ in L, forces in EI2/L^2, energies in EI2/L.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +22,7 @@ from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
-from ribbonfem.policy import PolicyError, flag, whole_number
+from ribbonfem.policy import PolicyError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
@@ -88,6 +89,7 @@ class Statics:
         degree: int = DEGREE,
     ) -> None:
         self.clamps = clamps
+        self.ribbon = ribbon
         self.vary = vary
         self.tables: LineTables = line_tables(elements, degree)
         self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
@@ -105,12 +107,27 @@ class Statics:
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
         self.parameter_weight = PARAMETER_WEIGHT if vary == "angle" else SHIFT_WEIGHT
 
+    @property
+    def one_stiffness(self) -> bool:
+        """Whether both bending stiffnesses are the same, as far as the tangent's digits tell."""
+        return self.ribbon.one_stiffness
+
+    def stiffened(self, share: float) -> Statics:
+        """The same equations with EI1/EI2 larger by a share."""
+        other = copy(self)
+        other.stiff = self.stiff * np.array([1.0, 1.0, 1.0 + share])
+        return other
+
     def at(self, parameter: float) -> Clamps:
         """The clamps at a value of the parameter."""
         return replace(self.clamps, **{self.vary: parameter})
 
     def buckled(self, compression: float) -> Frames:
-        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form."""
+        """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
+
+        Of a rod that stretches, the one whose stretch is that of Euler's load all along.
+        """
+        compression = euler.bent(compression, self.soft)
         period = 4.0 * euler.pendulum(compression)[1]
         sine = np.sin(0.5 * euler.tangent_angle(compression, self.tables.nodes))
         g = np.zeros((len(sine), 4))
@@ -295,5 +312,6 @@ def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:
     """The keywords of `Statics`, checked."""
     count = whole_number("elements", elements, 4)
     if count % 2:
-        raise PolicyError(f"elements = {elements!r}: must be even, so that midspan is a node")
+        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
+    require_memory("elements", elements, 4e4 * count, "the mesh")
     return {"elements": count, "extensible": flag("extensible", extensible)}

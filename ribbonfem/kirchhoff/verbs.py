@@ -11,21 +11,21 @@ Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.policy import interval, whole_number
-from ribbonfem.results import Array, Branch, Fold, SolverError
+from ribbonfem.policy import verb
+from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
-from . import states
+from . import plane, shear, states
 from .motion import vibrations
 from .problem import Frames, Statics, checked_mesh
-from .states import Pitchforks, ShearCurve
+from .shear import Pitchforks, ShearCurve
 
 __all__ = [
     "Pitchforks",
@@ -44,49 +44,6 @@ __all__ = [
 ]
 
 ELEMENTS = 32
-
-
-@dataclass(frozen=True, repr=False)
-class RestState:
-    """One equilibrium of the ribbon.
-
-    Attributes
-    ----------
-    name: of the state as its signs say, "U+S+" and so on.
-    angle: alpha, rad.
-    height, slope: z(1/2)/L and the z-component of the tangent there.
-    force: (3,) n, the force in the rod in the fixed frame, EI2/L^2; the right clamp pulls with n.
-    energy: elastic, in EI2/L.
-    index: number of unstable directions; 0 is stable.
-    s: (nodes,) arclength of the nodes, in L.
-    positions: (nodes, 3) in L.
-    directors: (nodes, 3, 3), rows m1 (normal), m2 (width), m3 (tangent).
-    points: (points,) arclength of the rows of kappa1, kappa2 and tau.
-    kappa1, kappa2, tau: (points,) curvatures about m1 and m2, and twist, in 1/L.
-    scene: what it is a state of.
-    """
-
-    name: str
-    angle: float
-    height: float
-    slope: float
-    force: Array
-    energy: float
-    index: int
-    s: Array
-    positions: Array
-    directors: Array
-    points: Array
-    kappa1: Array
-    kappa2: Array
-    tau: Array
-    scene: Scene
-
-    def __repr__(self) -> str:
-        return (
-            f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
-            f"energy {self.energy:.6g} EI2/L, index {self.index})"
-        )
 
 
 def _directors(g: Array) -> Array:
@@ -116,6 +73,7 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
     )
 
 
+@verb
 def folds(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -139,9 +97,11 @@ def folds(
         For a mesh that cannot be, a continuation that fails.
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    return tuple(as_fold(problem, event.point) for event in ramp_folds(problem, start, scene, steps))
+    of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
 
 
+@verb
 def normal_forms(
     scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
@@ -153,6 +113,7 @@ def normal_forms(
     return ramp_normal_forms(problem, start, scene, steps)
 
 
+@verb
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible: bool = False) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -162,6 +123,22 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible:
     return vibrations(problem, start, scene, count)
 
 
+@verb
+def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    That of the first branch point across the plane, along the curve from alpha = 0 in the direction
+    of the scene's rate, to its `stop` or to the fold.  Parameters and errors as in `folds`.
+
+    Returns
+    -------
+    NaN where it does not lose it.
+    """
+    scene.require_planar("leaves_plane")
+    return plane.leaves_plane(scene, **checked_mesh(elements, extensible))
+
+
+@verb
 def equilibria(
     scene: Scene,
     *,
@@ -176,13 +153,13 @@ def equilibria(
     Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
     first state of more than `unstable` unstable directions.
     """
-    span = interval("span", span)
-    limit = whole_number("unstable", unstable, 0)
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": limit}
-    return whole_curve(problem, start, span, steps or steps_for(scene), limit).as_branch(scene, policy)
+    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
+    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
+    return curve.as_branch(scene, policy, "kirchhoff")
 
 
+@verb
 def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
     """The scene's start state at alpha = 0: stable, whatever the compression and shear.
 
@@ -193,6 +170,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     return _rest(problem, frames, 0.0, 0, scene)
 
 
+@verb
 def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> tuple[str, ...]:
     """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
 
@@ -202,6 +180,7 @@ def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = 
     return states.stable(scene, **checked_mesh(elements, extensible))
 
 
+@verb
 def pitchforks(
     compression: float,
     *,
@@ -225,10 +204,13 @@ def pitchforks(
     SceneError, PolicyError, SolverError
         As in `folds`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
-    return states.pitchforks(scene, **checked_mesh(elements, extensible))
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
+    return shear.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
+@verb
 def shear_curves(
     compression: float,
     *,
@@ -240,10 +222,13 @@ def shear_curves(
 
     z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
     """
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon or Ribbon())
-    return states.shear_curves(scene, **checked_mesh(elements, extensible))
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
+    return shear.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
+@verb
 def saddle(
     scene: Scene,
     angle: float,
@@ -280,6 +265,7 @@ def saddle(
     return _rest(problem, point.state, angle, 1, scene)
 
 
+@verb
 def skipping_bound(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> float:
@@ -291,7 +277,11 @@ def skipping_bound(
     Parameters and errors as in `saddle`.
     """
     mesh = checked_mesh(elements, extensible)
-    problem, start = states.named(replace(scene, start="U+S+", rate=1.0, stop=None), **mesh)
-    first = ramp_folds(problem, start, scene, steps)[0].point
+    upward = replace(scene, start="U+S+", rate=1.0, stop=None)
+    problem, start = states.named(upward, **mesh)
+    found = ramp_folds(problem, start, upward, steps)
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    first = found[0].point
     pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
     return problem.energy(first.state) - pass_.energy

@@ -1,5 +1,8 @@
 """The quasi-linear beam: small slopes, end-shortening as a global constraint."""
 
+from ribbonfem.names import public
+
+from .declared import DECLARED
 from .verbs import (
     ClosedFormBranch,
     ClosedFormFold,
@@ -13,6 +16,7 @@ from .verbs import (
 )
 
 __all__ = [
+    "DECLARED",
     "ClosedFormBranch",
     "ClosedFormFold",
     "closed_form_branch",
@@ -23,3 +27,5 @@ __all__ = [
     "normal_forms",
     "simulate",
 ]
+
+__getattr__, __dir__ = public(__name__, __all__)

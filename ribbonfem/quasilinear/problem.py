@@ -22,7 +22,7 @@ from ribbonfem.closed_form import EULER
 from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.hermite import hermite_basis
-from ribbonfem.policy import whole_number
+from ribbonfem.policy import require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
@@ -47,6 +47,7 @@ class Statics:
     def __init__(self, scene: Scene, elements: int) -> None:
         scene.require_planar("quasilinear")
         self.elements = whole_number("elements", elements, 4)
+        require_memory("elements", elements, 2e4 * self.elements, "the mesh")
         self.compression = scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time

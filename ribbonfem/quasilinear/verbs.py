@@ -14,7 +14,7 @@ from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.policy import interval
+from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.newmark import Control, integrate
@@ -37,6 +37,7 @@ __all__ = [
 TOLERANCE = 1e-5
 
 
+@verb
 def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tuple[Fold, ...]:
     """The folds that a very slow ramp meets (one, at mu = 1.7818 from U+ as alpha grows).
 
@@ -53,9 +54,11 @@ def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tu
     """
     problem = Statics(scene, elements)
     found = ramp_folds(problem, problem.start(), scene, steps)
-    return tuple(as_fold(problem, event.point) for event in found)
+    of = {"model": "quasilinear", "scene": scene, "policy": {"elements": elements}}
+    return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
+@verb
 def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
@@ -65,6 +68,7 @@ def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
     return ramp_normal_forms(problem, problem.start(), scene)
 
 
+@verb
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -74,6 +78,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
     return natural_frequencies(problem, equilibrium(problem, problem.start(), 0.0)[0], 0.0, count)
 
 
+@verb
 def equilibria(
     scene: Scene,
     *,
@@ -88,10 +93,11 @@ def equilibria(
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
     problem = Statics(scene, elements)
-    curve = whole_curve(problem, problem.start(), interval("span", span), steps, unstable)
-    return curve.as_branch(scene, {"elements": elements, "span": span, "unstable": unstable})
+    curve = whole_curve(problem, problem.start(), span, steps, unstable)
+    return curve.as_branch(scene, {"elements": elements, "span": span, "unstable": unstable}, "quasilinear")
 
 
+@verb
 def simulate(
     scene: Scene,
     *,
@@ -116,7 +122,7 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" and the "load" sigma^2 as configurations.
+    `History`, with the nodes' "positions" as configurations; its load is sigma^2.
 
     Raises
     ------
@@ -130,9 +136,15 @@ def simulate(
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
     length = problem.compression**0.5
-    motion = integrate(tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]))
     index, _, weights = problem.middle_weights()
-    slope = motion.q[:, index] @ weights * length
+
+    def observe(z: Array, _: Array) -> tuple[Array, Array]:
+        slope = z[:, index] @ weights * length
+        return slope / np.hypot(1.0, slope), problem.shapes(z)
+
+    motion = integrate(
+        tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]), observe
+    )
     policy = {
         "elements": elements,
         "method": method,
@@ -141,10 +153,4 @@ def simulate(
         "spectral_radius": spectral_radius,
         "until": until,
     }
-    return motion.as_history(
-        scene,
-        policy,
-        length=length,
-        slope=slope / np.hypot(1.0, slope),
-        positions=problem.shapes(motion.q),
-    )
+    return motion.as_history(scene, policy, model="quasilinear", length=length)

@@ -30,8 +30,8 @@ ONE_STAGE, DIRK = 0, 1
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
-REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK = range(8, 16)
-CLOCK_SIZE = 16
+REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY = range(8, 18)
+CLOCK_SIZE = 18
 # columns of `rows`
 ROW_SIZE = 8  # time, angle, height, kinetic, elastic, dissipated, work, load
 
@@ -107,6 +107,7 @@ class Ramp(NamedTuple):
     newton: float
     smallest: float
     snap: bool  # whether to end soon after the height changes sign
+    departed: float  # from zero the height has to have been this far before it crosses it
 
 
 class Scratch(NamedTuple):
@@ -870,7 +871,8 @@ def run(
             continue
         nominal = 0.0
         if ramp.fixed > 0.0:
-            nominal = (end - start) / np.ceil((end - start) / ramp.fixed - 1e-9)
+            # at least one step, of however long a one is asked for
+            nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)
@@ -984,7 +986,9 @@ def run(
             clock[DISSIPATED] += h * (lost + m.a[last, last] * power)
             clock[WORK] += turn * (work + m.a[last, last] * moment)
         clock[POWER], clock[MOMENT] = power, moment
-        clock[TIME] = target
+        # what rounding leaves of the sum of many equal steps is carried on: they are to land on the end
+        clock[TIME] = target if landed else time + (h + clock[CARRY])
+        clock[CARRY] = 0.0 if landed else (h + clock[CARRY]) - (clock[TIME] - time)
         clock[STEPS] += 1.0
         if not landed or ramp.fixed > 0.0:
             clock[STEP] = h * factor
@@ -998,7 +1002,9 @@ def run(
         clock[PEAK] = max(clock[PEAK], total)
         if excess - clock[LOWEST] > GROWTH * clock[PEAK]:
             return GREW
-        if ramp.snap and (clock[AFTER] > 0.0 or rows[row, 2] * rows[row - 1, 2] <= 0.0):
+        if clock[SIDE] == 0.0 and abs(rows[row, 2]) > ramp.departed:
+            clock[SIDE] = rows[row, 2]
+        if ramp.snap and (clock[AFTER] > 0.0 or (rows[row, 2] * clock[SIDE] <= 0.0 and clock[SIDE] != 0.0)):
             clock[AFTER] += 1.0
             # the crossing is interpolated from two rows on each side
             if clock[AFTER] > 2.0:

@@ -18,21 +18,22 @@ Time is counted in the ribbon's inertial time t*, damping in 1/t*.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from types import MappingProxyType
 
 import numpy as np
 
-from ribbonfem.policy import PolicyError, choice, positive
-from ribbonfem.results import Array, History, SolverError
-from ribbonfem.scene import Scene
+from ribbonfem.growing import Growing
+from ribbonfem.policy import PolicyError, choice, local_error, positive, require_duration
+from ribbonfem.results import DEPARTED, Array
+from ribbonfem.scene import Scene, shown
 
 from . import beam_kernels as kernels
 from . import tableaus
+from .motion import Motion
 from .tableaus import Tableau
 
-ENERGIES = ("kinetic", "elastic", "dissipated", "work")
 METHODS = ("tr-bdf2", "esdirk3", "esdirk4", "generalised-alpha", "newmark", "implicit-euler")
 UNTIL = ("end", "snap")
 
@@ -41,15 +42,8 @@ UNTIL = ("end", "snap")
 NEWTON_TOLERANCE = 1e-9
 # t*; a step that has to be shorter than this means that there is no solution to be found
 SMALLEST_STEP = 1e-10
-# rows that are allocated first; doubled whenever they are full
+# rows of the dofs, which are observed and written over whenever they are full
 ROWS = 512
-PROBLEMS = {
-    kernels.DONE: "",
-    kernels.STUCK: f"no step longer than {SMALLEST_STEP:g} t* converged; use a finer mesh, or a tolerance "
-    "that can be met",
-    kernels.GREW: f"energy has grown by more than {kernels.GROWTH:.0%} without work; use a smaller step, "
-    "or method = 'tr-bdf2'",
-}
 # rad; no adaptive step turns the clamp further
 LARGEST_TURN = 0.05
 
@@ -144,29 +138,37 @@ def method_of(name: str, spectral_radius: float | None = None) -> Method:
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
         raise PolicyError(
-            f"spectral_radius = {spectral_radius!r}: only for method = 'generalised-alpha', not {name!r}"
+            f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not {name!r}"
         )
     if name == "newmark":
         return newmark()
     tableau = tableaus.TABLEAUS[name]()
-    return Method(tableau.name, tableau.order, tableau=tableau)
+    return Method(tableau.name, tableau.constrained, tableau=tableau)
+
+
+# order in the step of every method of the beams, all of which have adaptive steps too
+ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
+ADAPTIVE = METHODS
 
 
 @dataclass(frozen=True)
 class Control:
     """How to step: the method, a fixed `step` (s) or a `tolerance` (L), and when to end.
 
-    `until` is "end", "snap", soon after the height first changes sign, or what else the model knows.
+    `until` is "end", "snap", soon after the height first changes sign, once it has been further from
+    zero than `departed` (L).
     """
 
     method: Method
     step: float | None
     tolerance: float | None
     until: str
+    departed: float = DEPARTED
 
     def in_units_of(self, length: float) -> Control:
-        """The same with the tolerance in a beam's own unit of height."""
-        return self if self.tolerance is None else replace(self, tolerance=self.tolerance / length)
+        """The same with its lengths in a beam's own unit of height."""
+        tolerance = None if self.tolerance is None else self.tolerance / length
+        return replace(self, tolerance=tolerance, departed=self.departed / length)
 
     @classmethod
     def of(
@@ -189,73 +191,13 @@ class Control:
         if step is not None and tolerance is not None:
             raise PolicyError(f"step = {step!r} and tolerance = {tolerance!r}: give one of them, not both")
         if step is None:
-            tolerance = positive("tolerance", default_tolerance if tolerance is None else tolerance)
+            tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
         return cls(
             method_of(method, spectral_radius),
             None if step is None else positive("step", step),
             tolerance,
             choice("until", until, untils),
         )
-
-
-@dataclass(frozen=True)
-class Motion:
-    """What the kernel hands back, one row an accepted step, in t* and the beam's own units.
-
-    Attributes
-    ----------
-    time, angle, height: (rows,).
-    kinetic, elastic, dissipated, work, load: (rows,).
-    q, w: (rows, dofs) the state.
-    stats: as in `History`.
-    problem: why the end was not reached, a sentence; empty if it was.
-    """
-
-    time: Array
-    angle: Array
-    height: Array
-    kinetic: Array
-    elastic: Array
-    dissipated: Array
-    work: Array
-    load: Array
-    q: Array
-    w: Array
-    stats: dict[str, float]
-    problem: str
-
-    def as_history(
-        self,
-        scene: Scene,
-        policy: Mapping[str, Any],
-        *,
-        length: float = 1.0,
-        slope: Array,
-        positions: Array,
-    ) -> History:
-        """The motion in the units of `History`; `length` is the beam's own unit of height, in L.
-
-        Raises
-        ------
-        SolverError
-            If the end was not reached; its `history` is what was.
-        """
-        columns = {name: getattr(self, name) * length**2 for name in ENERGIES}
-        history = History(
-            time=self.time * scene.ribbon.inertial_time,
-            angle=self.angle,
-            height=self.height * length,
-            slope=slope,
-            energies=columns,
-            configurations={"positions": positions, "load": self.load},
-            stats=self.stats,
-            scene=scene,
-            policy=dict(policy),
-        )
-        if self.problem:
-            where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
-            raise SolverError(f"stopped at {where}: {self.problem}", history)
-        return history
 
 
 def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> kernels.Scratch:
@@ -290,6 +232,9 @@ def _ramp(scene: Scene, control: Control) -> kernels.Ramp:
     unit = scene.ribbon.inertial_time
     rate, stop = scene.rate * unit, scene.require_stop()
     turned, hold = stop / rate, scene.hold / unit
+    if hold <= 1e-12 * turned:
+        # beside the ramp such a hold is rounding
+        hold = 0.0
     largest = min(LARGEST_TURN / abs(rate), 0.1 * turned)
     return kernels.Ramp(
         rate=rate,
@@ -303,27 +248,34 @@ def _ramp(scene: Scene, control: Control) -> kernels.Ramp:
         newton=NEWTON_TOLERANCE,
         smallest=SMALLEST_STEP,
         snap=control.until == "snap",
+        departed=control.departed,
     )
 
 
 def _run(
-    tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp, q: Array, w: Array
-) -> tuple[int, Array, Array, Array, Array]:
-    """The time loop, in as many calls as the rows need; status, clock, rows, q and w of the rows."""
+    tables: kernels.Tables,
+    scheme: kernels.Scheme,
+    ramp: kernels.Ramp,
+    q: Array,
+    w: Array,
+    keep: Callable[[Array, Array, Array], str],
+) -> tuple[int, Array, str]:
+    """The time loop, in as many calls as there are blocks of rows; status, clock and what ended it early.
+
+    `keep` takes the rows, q and w of a block, before the next one is written over it.
+    """
     scratch = _scratch(tables, q, w, scheme.stages)
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     state = (q.copy(), np.zeros(len(q)), np.zeros(len(q)), np.zeros(len(q)), w.copy(), np.zeros(len(w)))
-    rows, row_q, row_w = np.empty((0, kernels.ROW_SIZE)), np.empty((0, len(q))), np.empty((0, len(w)))
-    status, capacity = kernels.FULL, ROWS
-    while status == kernels.FULL:
-        rows, row_q, row_w = (
-            np.concatenate((old, np.empty((capacity, old.shape[1])))) for old in (rows, row_q, row_w)
-        )
+    rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
+    while True:
         status = kernels.run(tables, scheme, ramp, scratch, clock, *state, rows, row_q, row_w)
-        capacity = len(rows)
-    count = int(clock[kernels.ROWS])
-    return status, clock, rows[:count], row_q[:count], row_w[:count]
+        count = int(clock[kernels.ROWS])
+        full = keep(rows[:count], row_q[:count], row_w[:count])
+        if status != kernels.FULL or full:
+            return int(status), clock, full
+        clock[kernels.ROWS] = 0.0
 
 
 _warm = False
@@ -333,33 +285,70 @@ def _warm_up(tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp,
     """Load or compile the kernel, once a process, so that no timing contains it."""
     global _warm
     if not _warm:
-        _run(tables, scheme, ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6), q, w)
+        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        _run(tables, scheme, short, q, w, lambda *_: "")
         _warm = True
 
 
-def integrate(tables: kernels.Tables, scene: Scene, control: Control, q: Array, w: Array) -> Motion:
+def integrate(
+    tables: kernels.Tables,
+    scene: Scene,
+    control: Control,
+    q: Array,
+    w: Array,
+    observe: Callable[[Array, Array], tuple[Array, Array]],
+) -> Motion:
     """Step a beam from rest in the equilibrium (q, w) through the scene's ramp and hold.
 
     A fixed step is shortened so that a whole number of steps fits the ramp, and the hold.  An
     adaptive one keeps the estimated local error of q below the tolerance.  A Newton iteration
     that does not converge halves the step; `Motion.problem` says if that had to go on below
     `SMALLEST_STEP`, or if the method gains energy: undamped methods may, after a snap.
+
+    `observe` makes the slopes (rows,) and positions (rows, nodes, 3) of rows of q and w.
+
+    Raises
+    ------
+    PolicyError, SceneError
+        For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
+    nodes = observe(q[None], w[None])[1].shape[1]
+    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (kernels.ROW_SIZE + 1 + 3 * nodes))
     scheme, ramp = control.method.as_scheme(), _ramp(scene, control)
     _warm_up(tables, scheme, ramp, q, w)
+    kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3))
+
+    def keep(rows: Array, row_q: Array, row_w: Array) -> str:
+        kept.append(rows, *observe(row_q, row_w))
+        return kept.full
+
     began = time.perf_counter()
-    status, clock, rows, row_q, row_w = _run(tables, scheme, ramp, q, w)
+    status, clock, full = _run(tables, scheme, ramp, q, w, keep)
     seconds = time.perf_counter() - began
-    names = ("time", "angle", "height", *ENERGIES, "load")
+    rows, slope, positions = kept.taken()
     return Motion(
-        q=row_q,
-        w=row_w,
+        rows=rows,
+        slope=slope,
+        positions=positions,
         stats={
             "steps": int(clock[kernels.STEPS]),
             "newton_iterations": int(clock[kernels.NEWTON]),
             "rejected": int(clock[kernels.REJECTED]),
             "seconds": seconds,
         },
-        problem=PROBLEMS[status],
-        **dict(zip(names, rows.T.copy(), strict=True)),
+        problem=full or problem_of(status, scene, control),
     )
+
+
+def problem_of(status: int, scene: Scene, control: Control) -> str:
+    """Why the time loop ended before its end."""
+    if status == kernels.STUCK:
+        asked = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
+        least = SMALLEST_STEP * scene.ribbon.inertial_time
+        return f"{control.method.name} {asked} found no next state by any step down to {least:.1e} s"
+    if status == kernels.GREW:
+        return (
+            f"the energy has grown by more than {kernels.GROWTH:.0%} without work: "
+            f"{control.method.name} does not damp what it does not resolve"
+        )
+    return ""

@@ -1,5 +1,5 @@
 """Speed against error of every model, mesh, method and step."""
 
-from .question import main
+from .question import QUESTION
 
-__all__ = ["main"]
+__all__ = ["QUESTION"]

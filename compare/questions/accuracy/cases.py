@@ -209,7 +209,7 @@ def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
     From the signature; where that leaves a value open (None), from what the run says it was made with.
     """
     verb = "simulate" if dynamic else "folds"
-    found = defaults_of(family.model, verb)
+    found = dict(defaults_of(family.model, verb))
     if dynamic:
         still = _planar(0.40, 1.0, 1.0, 1e-9)
         history: History = verb_of(family.model, "simulate")(still, **family.fixed)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.ticker import NullFormatter
 
-from compare.face.style import figure, save
+from compare.face.style import figure
 from compare.measures.convergence import Convergence
 
 from .fronts import Choice, front
@@ -107,9 +106,7 @@ def _draw_group(
     axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def draw_fronts(
-    found: Mapping[tuple[str, str], Sequence[Choice]], primary: Mapping[str, str], path: Path
-) -> str:
+def draw_fronts(found: Mapping[tuple[str, str], Sequence[Choice]], primary: Mapping[str, str]) -> Any:
     """A panel a group: every policy a mark, the fronts lines, the defaults stars."""
     groups = list(primary)
     columns = min(2, len(groups))
@@ -120,7 +117,7 @@ def draw_fronts(
         _draw_group(axes, group, found, primary[group])
     for axes in panels[len(groups) :]:
         axes.set_visible(False)
-    return save(fig, path)
+    return fig
 
 
 def _look(study: Study) -> tuple[str, str, str]:
@@ -153,7 +150,7 @@ def _draw_studies(axes: Any, what: Sequence[tuple[Study, Convergence]], title: s
     )
 
 
-def draw_orders(studied: Sequence[tuple[Study, Convergence]], path: Path) -> str:
+def draw_orders(studied: Sequence[tuple[Study, Convergence]]) -> Any:
     """Errors of fold and snap angles against mesh size and step, with the orders in the legends."""
     panels: list[tuple[str, str, list[tuple[Study, Convergence]]]] = []
     for kind, title in _TITLES.items():
@@ -171,4 +168,4 @@ def draw_orders(studied: Sequence[tuple[Study, Convergence]], path: Path) -> str
         _draw_studies(ax, part, title, label)
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
-    return save(fig, path)
+    return fig

@@ -18,7 +18,7 @@ TIE = 0.10
 WORTH = 0.95
 
 
-@dataclass
+@dataclass(frozen=True)
 class Row:
     """A row of the report: an entry, its errors by quantity, and its CPU seconds, the least of all rounds."""
 
@@ -55,7 +55,7 @@ class Row:
         }
 
 
-@dataclass
+@dataclass(frozen=True)
 class Choice:
     """A policy over all cases of a group: root mean square of its errors, sum of its CPU seconds.
 

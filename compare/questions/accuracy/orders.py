@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from compare.measures.convergence import Convergence, convergence
-from der.motion import METHODS as ROD_METHODS
+from compare.models import DECLARED
 from ribbonfem import Scene
-from ribbonfem.stepping.newmark import METHODS as BEAM_METHODS
 
 from .cases import CASES
 
@@ -92,7 +91,7 @@ def _in_motion() -> list[Study]:
                 {"step": _STEPS},
                 {"elements": elements, "method": method},
             )
-            for method in BEAM_METHODS
+            for method in DECLARED["elastica"].methods
         ]
     for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
         found += [
@@ -106,7 +105,7 @@ def _in_motion() -> list[Study]:
                 # an iteration stopped early leaves an error that does not fall with the step
                 {"nodes": 26, "method": method, "newton_tolerance": 1e-11},
             )
-            for method in ROD_METHODS
+            for method in DECLARED["der"].methods
             if method != "verlet"
         ]
     return found

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.face.report import Table
+from compare.face.section import Table
 from compare.measures.convergence import Convergence
 
 from .cases import DYNAMIC, STATIC

@@ -1,5 +1,5 @@
 """Folds and states of the ribbon at rest, finite elements against rods."""
 
-from .question import main
+from .question import QUESTION
 
-__all__ = ["main"]
+__all__ = ["QUESTION"]

@@ -2,22 +2,78 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import der
-from compare.face.style import draw_curve, figure, plt, save
-from compare.questions.crosscheck import SMOOTH
-from ribbonfem import Branch, Scene, kirchhoff
+from compare.face.style import draw_curve, figure, plt
+from ribbonfem import Branch, Fold, Scene, kirchhoff
 from ribbonfem.continuation import Steps
 
 # beyond one unstable direction the curves only climb to higher modes
 RISING: dict[str, Any] = {"unstable": 1, "span": (-1.1, 1.1)}
+# steps short enough for a polyline to look like a curve
+SMOOTH = Steps(turn=0.1, largest=0.05)
 _ROD = "#d1495b"
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Curves of one scene in both models: elements from U+S+ and from U+S-, rods from U+S+."""
+
+    curve: Branch
+    minus: Branch
+    rod: Branch
+    nodes: int
+
+
+def _drawn(branch: Branch) -> Branch:
+    """A branch without its configurations, which no figure shows."""
+    return replace(branch, configurations=branch.configurations[:, :0])
+
+
+def paths_of(work: tuple[Scene, int, int]) -> Paths:
+    """The curves of Paths 1 and 2, of elements and of rods."""
+    scene, elements, nodes = work
+    return Paths(
+        curve=_drawn(kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING)),
+        minus=_drawn(
+            kirchhoff.equilibria(replace(scene, start="U+S-"), elements=elements, steps=SMOOTH, **RISING)
+        ),
+        rod=_drawn(der.equilibria(scene, nodes=nodes, steps=Steps(turn=0.3, largest=0.1), **RISING)),
+        nodes=nodes,
+    )
+
+
+@dataclass(frozen=True)
+class Swept:
+    """One scene of a sweep in both models: curves, and folds of elements (without and with EA) and rods."""
+
+    scene: Scene
+    curve: Branch
+    rod: Branch
+    plain: tuple[Fold, ...]
+    stretched: tuple[Fold, ...]
+    coarse: tuple[Fold, ...]
+    fine: tuple[Fold, ...]
+
+
+def swept_scene(work: tuple[Scene, int, tuple[int, int]]) -> Swept:
+    """Curves and folds of one scene of a sweep, in both models."""
+    scene, elements, nodes = work
+    return Swept(
+        scene=scene,
+        curve=_drawn(kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING)),
+        # at (0.40, 0.40) the curve of rods of few nodes runs through the isola, out to alpha = -1.3
+        rod=_drawn(der.equilibria(scene, nodes=nodes[1], unstable=1)),
+        plain=kirchhoff.folds(scene, elements=elements),
+        stretched=kirchhoff.folds(scene, elements=elements, extensible=True),
+        coarse=der.folds(scene, nodes=nodes[0]),
+        fine=der.folds(scene, nodes=nodes[1]),
+    )
 
 
 def _crowd(branch: Branch, apart: float) -> NDArray[np.int64]:
@@ -44,11 +100,9 @@ def _leg(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64], NDAr
     return branch.angle[rows], branch.height[rows], branch.slope[rows]
 
 
-def draw_paths(path: Path, scene: Scene, elements: int, nodes: int) -> str:
+def draw_paths(found: Paths) -> Any:
     """Paths 1 and 2 (Fig. 4): height and slope at midspan against the clamp angle."""
-    curve = kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING)
-    rod = der.equilibria(scene, nodes=nodes, steps=Steps(turn=0.3, largest=0.1), **RISING)
-    minus = kirchhoff.equilibria(replace(scene, start="U+S-"), elements=elements, steps=SMOOTH, **RISING)
+    curve, rod, minus, nodes = found.curve, found.rod, found.minus, found.nodes
     plus_leg, minus_leg = _leg(curve), _leg(minus)
     first = int(np.flatnonzero(curve.angle == 0.0)[0])
     # U-S+ at alpha is the mirror image of U+S+ at -alpha
@@ -104,7 +158,7 @@ def draw_paths(path: Path, scene: Scene, elements: int, nodes: int) -> str:
     ax.plot([], [], "o", ms=3.4, mfc="none", mec=_ROD, label=f"DER, N = {nodes}")
     ax.plot([], [], color="orange", lw=4.5, alpha=0.45, label="slow ramp from α = 0")
     ax.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(0.02, 0.68))
-    return save(fig, path)
+    return fig
 
 
 def _draw_route(ax: Any, legs: list[Any], what: int) -> None:
@@ -129,10 +183,11 @@ def _draw_route(ax: Any, legs: list[Any], what: int) -> None:
         )
 
 
-def draw_critical(path: Path, groups: list[tuple[str, list[Scene], list[dict[str, Any]]]], nodes: int) -> str:
+def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> Any:
     """Fig. 5: curves for several compressions or shears, and their critical angles."""
     fig, axes = figure(2, 2, width=5.2, height=3.7)
-    for row, (name, scenes, results) in enumerate(groups):
+    for row, (name, results) in enumerate(groups):
+        scenes = [found.scene for found in results]
         left, right = axes[row]
         symbol, other = (r"\Delta L/L", r"\Delta W/L") if name == "compression" else (
             r"\Delta W/L", r"\Delta L/L"
@@ -141,11 +196,11 @@ def draw_critical(path: Path, groups: list[tuple[str, list[Scene], list[dict[str
         values = [getattr(scene, name) for scene in scenes]
         for k, (value, found) in enumerate(zip(values, results, strict=True)):
             colour = plt.cm.viridis(0.88 * k / max(1, len(values) - 1))
-            curve, rod = found["curve"], found["rod"]
+            curve, rod = found.curve, found.rod
             draw_curve(left, curve.angle, curve.height, curve.stable, colour, f"${value:.2f}$", width=1.2)
             picked = np.array([k for k in _crowd(rod, 0.03) if rod.stable[k]], dtype=int)
             left.plot(rod.angle[picked], rod.height[picked], "o", ms=3, mfc="none", mec=colour, mew=0.7)
-            for fold in found["plain"]:
+            for fold in found.plain:
                 left.plot(fold.angle, fold.height, "k.", ms=6, zorder=5)
         left.plot([], [], "o", ms=3, mfc="none", color="0.3", label=f"DER, {nodes}")
         left.plot([], [], "k.", ms=6, label=r"$\alpha_{c1},\,\alpha_{c2}$")
@@ -155,11 +210,11 @@ def draw_critical(path: Path, groups: list[tuple[str, list[Scene], list[dict[str
         left.set(xlim=(-1.05, 0.75), xlabel=r"clamp angle $\alpha$ (rad)", ylabel=r"$z(1/2)/L$")
         left.set_title(f"({'ac'[row]}) ${other} = {fixed:.2f}$")
         for k, (tone, marker) in enumerate((("#1d4e89", "o"), ("#b23a48", "s"))):
-            smooth = [found["plain"][k].angle for found in results]
+            smooth = [found.plain[k].angle for found in results]
             right.plot(values, smooth, "-", color=tone, label=f"$\\alpha_{{c{k + 1}}}$, finite elements")
-            rods = [found["fine"][k].angle for found in results]
+            rods = [found.fine[k].angle for found in results]
             right.plot(values, rods, marker, ms=5, mfc="none", mec=tone, label=f"$\\alpha_{{c{k + 1}}}$, DER")
         right.set(xlabel=f"${symbol}$", ylabel=r"$\alpha_c$ (rad)", ylim=(0.0, 0.72))
         right.set_title(f"({'bd'[row]}) ${other} = {fixed:.2f}$")
         right.legend(fontsize=7.5, loc="center left" if row == 0 else "center right")
-    return save(fig, path)
+    return fig

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 import der
-from compare.face.report import Picture, Section, Table
-from compare.questions.crosscheck import SMOOTH, edge_ratio, extrapolated
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
-from der.problem import Statics
-from der.rod import Rod
-from der.states import start_state
+from compare.face.section import Drawing, Table
+from compare.limits import edge_ratio, of_folds, two_point
+from compare.models import timed, warm_up
+from compare.questions.registry import Question
+from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
-from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.continuation.curves import ramp_folds
 
-from . import shear as shear_figures
-from .paths import RISING, draw_critical, draw_paths
+from . import shear
+from .paths import Paths, Swept, draw_critical, draw_paths, paths_of, swept_scene
 
 # the paper's two paths (Fig. 4), the scenes of its dynamics, and planar beams
 SCENES: tuple[tuple[str, Scene], ...] = (
@@ -52,12 +46,6 @@ MESHES = (6, 8, 10, 12, 16, 20, 24, 32)
 FINEST = 40
 
 
-def _timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    start = time.perf_counter()
-    value = call()
-    return value, time.perf_counter() - start
-
-
 def observed_order(values: tuple[float, float, float], lengths: tuple[float, float, float]) -> float | None:
     """The order p of values a + c l^p on three meshes of edge lengths l; None if there is none."""
     (a, b, c), (h1, h2, h3) = values, lengths
@@ -77,9 +65,9 @@ def limit_of(found: tuple[Fold, Fold, Fold], nodes: tuple[int, int, int]) -> tup
     The extrapolation of two meshes leaves an error in l1^2 l2^2, so that two such differ by the
     ratio of l1^2 to l3^2.
     """
-    coarse = extrapolated(found[0], found[1], edge_ratio(nodes[0], nodes[1]))
-    fine = extrapolated(found[1], found[2], edge_ratio(nodes[1], nodes[2]))
-    limit = extrapolated(coarse, fine, edge_ratio(nodes[0], nodes[2]))
+    coarse = of_folds(found[0], found[1], edge_ratio(nodes[0], nodes[1]))
+    fine = of_folds(found[1], found[2], edge_ratio(nodes[1], nodes[2]))
+    limit = of_folds(coarse, fine, edge_ratio(nodes[0], nodes[2]))
     return limit, abs(limit.angle - fine.angle)
 
 
@@ -91,11 +79,11 @@ def _fold_rows(
     records = []
     lengths = (1.0 / (nodes[0] - 2), 1.0 / (nodes[1] - 2), 1.0 / (nodes[2] - 2))
     for label, scene in progress("folds in both models", SCENES):
-        plain, plain_seconds = _timed(partial(kirchhoff.folds, scene, elements=elements))
+        plain, plain_seconds = timed(partial(kirchhoff.folds, scene, elements=elements))
         stretched = kirchhoff.folds(scene, elements=elements, extensible=True)
         rods, seconds = [], []
         for count in nodes:
-            found, taken = _timed(partial(der.folds, scene, nodes=count))
+            found, taken = timed(partial(der.folds, scene, nodes=count))
             if len(found) != len(plain):
                 raise SolverError(
                     f"rods of {count} nodes have {len(found)} folds at {label}, the elements {len(plain)}: "
@@ -144,7 +132,7 @@ def _mesh_rows(meshes: tuple[int, ...], progress: Progress) -> tuple[list[list[A
     for count in progress("mesh convergence", meshes):
         row: list[Any] = [f"{count}"]
         for label, scene in REFINED:
-            found, seconds = _timed(partial(kirchhoff.folds, scene, elements=count))
+            found, seconds = timed(partial(kirchhoff.folds, scene, elements=count))
             pairs = zip(found, reference[label], strict=True)
             errors = [one.angle - exact.angle for one, exact in pairs]
             orders: list[float | None] = [None] * len(errors)
@@ -165,34 +153,6 @@ def _mesh_rows(meshes: tuple[int, ...], progress: Progress) -> tuple[list[list[A
     return rows, records
 
 
-def rod_bound(scene: Scene, nodes: int) -> float:
-    """`kirchhoff.skipping_bound` of the discrete rod: E(alpha_c1) - E(saddle to U-) in EI2/L.
-
-    Raises
-    ------
-    SolverError
-        If U+S- has no fold beyond alpha_c1.
-    """
-    rod = Rod(replace(scene, start="U+S+"), nodes)
-    problem = Statics(rod)
-    top = ramp_folds(problem, start_state(rod), rod.scene)[0].point
-    start = start_state(Rod(replace(scene, start="U+S-"), nodes))
-    passed = False
-    for segment in trace(problem, first_point(problem, start, 0.0, 1.0), (-2.0 * np.pi, 2.0 * np.pi)):
-        near, after = segment.start, 0.0
-        for event in segment.events:
-            if event.kind == "fold" and not passed:
-                passed, near, after = True, event.point, event.point.step
-        if not passed:
-            continue
-        if (near.parameter - top.parameter) * (segment.end.parameter - top.parameter) <= 0.0:
-            saddle = at_parameter(problem, segment, top.parameter, None, after)
-            if saddle.index == 1:
-                return problem.energy(top.state) - problem.energy(saddle.state)
-            break
-    raise SolverError(f"no saddle between U+S- and U- at angle = {top.parameter:.6g}")
-
-
 def _bound_rows(
     nodes: tuple[int, int, int], elements: int, progress: Progress
 ) -> tuple[list[list[Any]], list[dict[str, Any]]]:
@@ -204,8 +164,8 @@ def _bound_rows(
         label = f"({scene.compression:.2f}, {scene.shear:.2f})"
         plain = kirchhoff.skipping_bound(scene, elements=elements)
         stretched = kirchhoff.skipping_bound(scene, elements=elements, extensible=True)
-        coarse, fine = (rod_bound(scene, count) for count in nodes[:2])
-        limit = (ratio * fine - coarse) / (ratio - 1.0)
+        coarse, fine = (der.skipping_bound(scene, nodes=count) for count in nodes[:2])
+        limit = two_point(coarse, fine, ratio)
         verdict = "impossible" if plain < 0.0 else "possible"
         rows.append([label, plain, stretched, coarse, fine, limit, limit - stretched, verdict])
         records.append(
@@ -222,46 +182,22 @@ def _bound_rows(
     return rows, records
 
 
-def _call(task: tuple[Callable[[Any], Any], Any]) -> Any:
-    """Run one task of a pool."""
-    return task[0](task[1])
-
-
-def _sweep_scene(arguments: tuple[Scene, int, tuple[int, int]]) -> dict[str, Any]:
-    """Curves and folds of one scene of a sweep, in both models."""
-    scene, elements, nodes = arguments
-    return {
-        "curve": kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING),
-        # at (0.40, 0.40) the curve of rods of few nodes runs through the isola, out to alpha = -1.3
-        "rod": der.equilibria(scene, nodes=nodes[1], unstable=1),
-        "plain": kirchhoff.folds(scene, elements=elements),
-        "stretched": kirchhoff.folds(scene, elements=elements, extensible=True),
-        "coarse": der.folds(scene, nodes=nodes[0]),
-        "fine": der.folds(scene, nodes=nodes[1]),
-    }
-
-
-def _sweep_rows(
-    scenes: list[Scene], results: list[dict[str, Any]], nodes: tuple[int, int]
-) -> tuple[list[list[Any]], list[dict[str, Any]]]:
+def _swept_records(found: Sequence[Swept], nodes: tuple[int, int]) -> list[dict[str, Any]]:
     ratio = edge_ratio(*nodes)
-    rows, records = [], []
-    for scene, found in zip(scenes, results, strict=True):
-        row: list[Any] = [f"({scene.compression:.3f}, {scene.shear:.3f})"]
-        record: dict[str, Any] = {"compression": scene.compression, "shear": scene.shear}
+    records = []
+    for its in found:
+        record: dict[str, Any] = {"compression": its.scene.compression, "shear": its.scene.shear}
         for k in range(2):
-            limit = extrapolated(found["coarse"][k], found["fine"][k], ratio).angle
-            with_ea = found["stretched"][k].angle
-            row += [found["plain"][k].angle, with_ea, limit, limit - with_ea]
+            limit = of_folds(its.coarse[k], its.fine[k], ratio).angle
+            with_ea = its.stretched[k].angle
             record[f"alpha_c{k + 1}"] = {
-                "kirchhoff": found["plain"][k].angle,
+                "kirchhoff": its.plain[k].angle,
                 "kirchhoff_extensible": with_ea,
                 "limit": limit,
                 "difference": limit - with_ea,
             }
-        rows.append(row)
         records.append(record)
-    return rows, records
+    return records
 
 
 def _sweeps(swept: tuple[float, ...]) -> list[tuple[str, list[Scene]]]:
@@ -272,19 +208,41 @@ def _sweeps(swept: tuple[float, ...]) -> list[tuple[str, list[Scene]]]:
     ]
 
 
+@dataclass(frozen=True)
+class Folds:
+    """What was found.
+
+    Attributes
+    ----------
+    elements, nodes: of the tables.
+    folds, meshes, bounds: rows of three tables; `records` are the same for programs, by name.
+    paths: the curves of Paths 1 and 2.
+    swept: the scenes of Fig. 5, by what is swept.
+    sheared: the states at alpha = 0 and the map of the bound.
+    """
+
+    elements: int
+    nodes: tuple[int, int, int]
+    folds: tuple[list[Any], ...]
+    meshes: tuple[list[Any], ...]
+    bounds: tuple[list[Any], ...]
+    records: dict[str, list[dict[str, Any]]]
+    paths: Paths
+    swept: dict[str, tuple[Swept, ...]]
+    sheared: shear.Sheared
+
+
 def main(
     *,
-    progress: Progress | None = None,
-    out: Path,
     elements: int = 32,
-    nodes: tuple[float, ...] = (51, 101, 201),
+    nodes: tuple[int, ...] = (51, 101, 201),
     swept: tuple[float, ...] = SWEPT,
-    meshes: tuple[float, ...] = MESHES,
+    meshes: tuple[int, ...] = MESHES,
     columns: int = 9,
     rows: int = 7,
     phase_step: float = 0.05,
-    processes: int = 2,
-) -> Section:
+    sweep: Sweep | None = None,
+) -> Folds:
     """Folds and states of the ribbon at rest: 3D finite elements against discrete elastic rods.
 
     Tables of folds, critical angles and passes in both models, with the order of the rods in
@@ -294,7 +252,7 @@ def main(
     --swept: compressions and shears of Fig. 5; --columns, --rows: points of the bound's map in
     the compression and in the shear; --phase-step: grid of the rods in the phase diagram.
     """
-    progress = progress or Progress()
+    sweep = sweep or Sweep()
     if len(nodes) != 3 or not nodes[0] < nodes[1] < nodes[2]:
         raise ValueError(f"nodes = {nodes!r}: three numbers are needed, the coarsest mesh first")
     if columns < 2 or rows < 2:
@@ -302,125 +260,141 @@ def main(
     if not 0.01 <= phase_step <= 0.5:
         raise ValueError(f"phase_step = {phase_step!r}: must be in [0.01, 0.5]")
     counts = (int(nodes[0]), int(nodes[1]), int(nodes[2]))
+    progress = sweep.progress
     # compiled code is loaded (or made, the first time) before anything is timed or any worker starts
-    for _ in progress("loading compiled code", range(1)):
-        kirchhoff.skipping_bound(BOUND_SCENES[0], elements=8)
-        kirchhoff.folds(PATHS, elements=8, extensible=True)
-        der.folds(PATHS, nodes=21)
+    warm_up("kirchhoff", "der")
     fold_rows, fold_records = _fold_rows(counts, elements, progress)
     mesh_rows, mesh_records = _mesh_rows(tuple(int(count) for count in meshes), progress)
     bound_rows, bound_records = _bound_rows(counts, min(elements, 20), progress)
-
     drawn = min(elements, 16)
-    sweeps = _sweeps(swept)
-    scenes = [scene for _, group in sweeps for scene in group]
-    # one pool for all: a worker takes seconds to start
-    work: list[tuple[Callable[[Any], Any], Any]] = [
-        *shear_figures.tasks(phase_step, columns, rows, counts[0]),
-        *((_sweep_scene, (scene, drawn, counts[:2])) for scene in scenes),
-    ]
-    done = list(progress("maps and sweeps", in_parallel(_call, work, processes), len(work)))
-    columns_done, phases_done, sweeps_done = (
-        [result for (call, _), result in zip(work, done, strict=True) if call is wanted]
-        for wanted in (shear_figures.bound_column, shear_figures.cells, _sweep_scene)
-    )
-    size = len(swept)
-    groups = [(name, group, sweeps_done[k * size :][:size]) for k, (name, group) in enumerate(sweeps)]
-    sweep_rows, sweep_records = _sweep_rows(scenes, sweeps_done, counts[:2])
-
-    for _ in progress("curves of the two paths", range(1)):
-        pictures = [
-            Picture(
-                draw_paths(out / "folds-paths.png", PATHS, drawn, counts[1]),
-                "Paths 1 and 2 at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4): height and slope at midspan "
-                "against the clamp angle. Black: the curve through U+S+ and U+S-, which is one; grey: its "
-                "mirror image. U+S+ and U+S- have the same height at alpha = 0, and opposite slopes.",
-            ),
-            Picture(
-                draw_critical(out / "folds-critical.png", groups, counts[1]),
-                "Curves and critical angles for several compressions and shears (paper, Fig. 5). Lines: "
-                "finite elements, stable solid, unstable dashed; symbols: stable states of discrete rods. At "
-                "(0.40, 0.40) rods of some 100 nodes or fewer have one curve where the elements have two: "
-                "symbols without a line, at alpha < -0.5, lie on what is detached in the limit.",
-            ),
-        ]
-    shear = shear_figures.draw(
-        progress,
-        out,
-        found=columns_done,
-        records=[record for records in phases_done for record in records],
-        elements=drawn,
-        nodes=counts[0],
-    )
-    worst = max(fold_records, key=lambda record: abs(record["difference"]))
-    slowest = max(record["seconds"] for record in fold_records)
-    return Section(
-        name="folds",
-        title="The ribbon at rest: folds and states",
-        text=[
-            f"Finite elements of a Kirchhoff rod ({elements} elements) and discrete elastic rods share no "
-            "mechanics. With the ribbon's stretching stiffness EA in both, the rods' folds tend to those of "
-            f"the elements: over {len(fold_records)} folds the largest difference of the limit is "
-            f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
-            f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
-            "second table.",
-            *shear.text,
-        ],
-        tables=[
-            Table(
-                "Folds that a slow ramp meets, rad",
-                ["scene", "elements", "z(1/2)/L", "with EA"]
-                + [f"DER {count}" for count in counts]
-                + ["order", "limit", "±", "off", "s"]
-                + [f"s, {count}" for count in counts],
-                fold_rows,
-                ["s", ".10f", ".7f", ".9f"] + [".7f"] * 3 + [".3f", ".9f", ".0e", "+.1e"] + [".2f"] * 4,
-                "order: observed on the three meshes. limit: Richardson extrapolation in (N - 2)^-2 and its "
-                "square; ±: what the last step of it changed; off: limit - elements with EA. s: seconds of "
-                "the inextensible elements, and of the rods.",
-            ),
-            Table(
-                f"Finite elements under mesh refinement: errors of the folds against {FINEST} elements, rad",
-                ["elements"]
-                + [
-                    text
-                    for label, _ in REFINED
-                    for text in (f"{label[:12]}: alpha_c1", "order", "alpha_c2", "order", "s")
-                ],
-                mesh_rows,
-                ["s"] + ["+.1e", ".1f", "+.1e", ".1f", ".2f"] * len(REFINED),
-                "order: of the error in the number of elements, from the row above.",
-            ),
-            Table(
-                "Critical angles of Fig. 5, rad",
-                ["(dL, dW)/L"]
-                + [
-                    text
-                    for k in (1, 2)
-                    for text in (f"alpha_c{k}", "with EA", "DER limit", "limit - with EA")
-                ],
-                sweep_rows,
-                ["s"] + [".8f", ".8f", ".8f", "+.1e"] * 2,
-                f"limit: of N = {counts[0]} and {counts[1]}.",
-            ),
-            Table(
-                "Static bound on type 1 skipping: E(alpha_c1) - E(saddle to U-), EI2/L",
-                ["(dL, dW)/L", "elements", "elements, EA"]
-                + [f"DER {count}" for count in counts[:2]]
-                + ["DER limit", "limit - elements, EA", "type 1"],
-                bound_rows,
-                ["s"] + ["+.5f"] * 5 + ["+.1e", "s"],
-                "Energies at rest. Where the difference is negative, a ribbon that leaves its first fold at "
-                "rest cannot pass on to U- without U+S-; where it is positive it may, if little is damped.",
-            ),
-            *shear.tables,
-        ],
-        pictures=[*pictures, *shear.pictures],
-        values={
+    groups = _sweeps(swept)
+    scenes = [(scene, drawn, counts[:2]) for _, group in groups for scene in group]
+    done = tuple(sweep("critical angles", swept_scene, scenes))
+    (paths,) = sweep("paths", paths_of, [(PATHS, drawn, counts[1])])
+    return Folds(
+        elements=elements,
+        nodes=counts,
+        folds=tuple(fold_rows),
+        meshes=tuple(mesh_rows),
+        bounds=tuple(bound_rows),
+        records={
             "folds": fold_records,
             "meshes": mesh_records,
-            "sweeps": sweep_records,
+            "sweeps": _swept_records(done, counts[:2]),
             "bounds": bound_records,
-            **shear.values,
         },
+        paths=paths,
+        swept={name: done[k * len(swept) :][: len(swept)] for k, (name, _) in enumerate(groups)},
+        sheared=shear.compute(
+            sweep, step=phase_step, columns=columns, rows=rows, elements=drawn, nodes=counts[0]
+        ),
     )
+
+
+def words(found: Folds) -> list[str]:
+    """How far the models agree."""
+    records = found.records["folds"]
+    worst = max(records, key=lambda record: abs(record["difference"]))
+    slowest = max(record["seconds"] for record in records)
+    return [
+        f"Finite elements of a Kirchhoff rod ({found.elements} elements) and discrete elastic rods share no "
+        "mechanics. With the ribbon's stretching stiffness EA in both, the rods' folds tend to those of "
+        f"the elements: over {len(records)} folds the largest difference of the limit is "
+        f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
+        f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
+        "second table.",
+        *shear.words(found.sheared),
+    ]
+
+
+def tables(found: Folds) -> list[Table]:
+    """Folds, mesh convergence, critical angles, the bound, pitchforks."""
+    counts = found.nodes
+    swept_rows = []
+    for record in found.records["sweeps"]:
+        row: list[Any] = [f"({record['compression']:.3f}, {record['shear']:.3f})"]
+        for k in (1, 2):
+            row += list(record[f"alpha_c{k}"].values())
+        swept_rows.append(row)
+    return [
+        Table(
+            "Folds that a slow ramp meets, rad",
+            ["scene", "elements", "z(1/2)/L", "with EA"]
+            + [f"DER {count}" for count in counts]
+            + ["order", "limit", "±", "off", "s"]
+            + [f"s, {count}" for count in counts],
+            found.folds,
+            ["s", ".10f", ".7f", ".9f"] + [".7f"] * 3 + [".3f", ".9f", ".0e", "+.1e"] + [".2f"] * 4,
+            "order: observed on the three meshes. limit: Richardson extrapolation in (N - 2)^-2 and its "
+            "square; ±: what the last step of it changed; off: limit - elements with EA. s: seconds of "
+            "the inextensible elements, and of the rods.",
+        ),
+        Table(
+            f"Finite elements under mesh refinement: errors of the folds against {FINEST} elements, rad",
+            ["elements"]
+            + [
+                text
+                for label, _ in REFINED
+                for text in (f"{label[:12]}: alpha_c1", "order", "alpha_c2", "order", "s")
+            ],
+            found.meshes,
+            ["s"] + ["+.1e", ".1f", "+.1e", ".1f", ".2f"] * len(REFINED),
+            "order: of the error in the number of elements, from the row above.",
+        ),
+        Table(
+            "Critical angles of Fig. 5, rad",
+            ["(dL, dW)/L"]
+            + [text for k in (1, 2) for text in (f"alpha_c{k}", "with EA", "DER limit", "limit - with EA")],
+            swept_rows,
+            ["s"] + [".8f", ".8f", ".8f", "+.1e"] * 2,
+            f"limit: of N = {counts[0]} and {counts[1]}.",
+        ),
+        Table(
+            "Static bound on type 1 skipping: E(alpha_c1) - E(saddle to U-), EI2/L",
+            ["(dL, dW)/L", "elements", "elements, EA"]
+            + [f"DER {count}" for count in counts[:2]]
+            + ["DER limit", "limit - elements, EA", "type 1"],
+            found.bounds,
+            ["s"] + ["+.5f"] * 5 + ["+.1e", "s"],
+            "Energies at rest. Where the difference is negative, a ribbon that leaves its first fold at "
+            "rest cannot pass on to U- without U+S-; where it is positive it may, if little is damped.",
+        ),
+        *shear.tables(found.sheared),
+    ]
+
+
+def drawings(found: Folds) -> Iterator[Drawing]:
+    """Figs. 4 and 5, appendices A and B, the bound."""
+    yield Drawing(
+        "folds-paths.png",
+        "Paths 1 and 2 at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4): height and slope at midspan "
+        "against the clamp angle. Black: the curve through U+S+ and U+S-, which is one; grey: its "
+        "mirror image. U+S+ and U+S- have the same height at alpha = 0, and opposite slopes.",
+        draw_paths(found.paths),
+    )
+    yield Drawing(
+        "folds-critical.png",
+        "Curves and critical angles for several compressions and shears (paper, Fig. 5). Lines: "
+        "finite elements, stable solid, unstable dashed; symbols: stable states of discrete rods. At "
+        "(0.40, 0.40) rods of some 100 nodes or fewer have one curve where the elements have two: "
+        "symbols without a line, at alpha < -0.5, lie on what is detached in the limit.",
+        draw_critical(list(found.swept.items()), found.nodes[1]),
+    )
+    yield from shear.drawings(found.sheared)
+
+
+def values(found: Folds) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {**found.records, **shear.values(found.sheared)}
+
+
+QUESTION = Question(
+    name="folds",
+    title="The ribbon at rest: folds and states",
+    takes="some 50 seconds",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

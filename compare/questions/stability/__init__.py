@@ -1,5 +1,5 @@
 """Hard cases, in motion and at rest, with every method and model."""
 
-from .question import main
+from .question import QUESTION
 
-__all__ = ["main"]
+__all__ = ["QUESTION"]

@@ -20,8 +20,13 @@ PATH_1: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+S-"}
 UNBROKEN: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+"}
 PLANAR: dict[str, Any] = {"compression": 0.40, "shear": 0.0, "start": "U+"}
 
+# the paper's ratios, written: they stand, whatever the section
+_PAPER: dict[str, Any] = {"bending_ratio": 400.0, "twist_ratio": 1.4562}
+# ratios that follow from the section: 4e4 and 1.499
 THIN = Ribbon(thickness=1e-3)
-THINNEST = Ribbon(thickness=1e-4)
+# written, to be hard for its stretch alone: EA L^2/EI2 = 1.2e9; 4e6 would follow
+THINNEST = Ribbon(thickness=1e-4, **_PAPER)
+# of 20 : 1, so that the paper's follow
 STEEL = Ribbon(length=0.05, width=0.01, thickness=5e-4, young=2e11, density=7800.0)
 RUBBER = Ribbon(length=10.0, width=2.0, thickness=0.1, young=1e6, density=1000.0)
 SILICON = Ribbon(length=3e-4, width=6e-5, thickness=3e-6, young=2e11, density=2000.0)
@@ -105,7 +110,7 @@ class Verdict:
     seconds: float | None = None
 
 
-_FIELDS = "|".join(item.name for kind in (Scene, Ribbon) for item in fields(kind))
+_FIELDS = "|".join([item.name for kind in (Scene, Ribbon) for item in fields(kind)] + list(_PAPER))
 
 
 def is_refusal(error: Exception) -> bool:
@@ -165,7 +170,8 @@ SIZES = (
     _path_1("rubber, 10 m", 0.1, rate=1e-3, damping=0.01, ribbon=RUBBER),
     _path_1("silicon, 0.3 mm", 1e-8, rate=1e4, damping=1e4, ribbon=SILICON),
     _path_1("h/L 1e-4", 0.1, rate=0.005, damping=0.01, ribbon=THINNEST),
-    _path_1("h/L 0.05, W < h", ribbon=Ribbon(thickness=0.05, width=0.02)),
+    # written: 0.16, which would follow, has neither this start nor a stable planar state
+    _path_1("h/L 0.05, W < h", ribbon=Ribbon(thickness=0.05, width=0.02, **_PAPER)),
 )
 
 RATIOS = (
@@ -177,7 +183,7 @@ RATIOS = (
         0.1,
         rate=5e-3,
         damping=0.01,
-        ribbon=Ribbon(thickness=1e-4, bending_ratio=1e4),
+        ribbon=Ribbon(thickness=1e-4, bending_ratio=1e4, twist_ratio=1.4562),
     ),
     _path_1("GJ/EI2 100", **UNBROKEN, ribbon=Ribbon(twist_ratio=100.0)),
 )
@@ -213,6 +219,7 @@ _SIDEWAYS = "planar U is unstable sideways beyond dL/L = 0.905"
 _STEEP = "slopes beyond what its arclength can hold: the clamp alone needs more than dL"
 PLANE = (
     _planar("planar, h/L 1e-4", 0.1, rate=0.005, damping=0.01, ribbon=THINNEST),
+    # 16 and 1.267 follow
     _planar("planar, h/L 0.05", stop=1.25, ribbon=Ribbon(thickness=0.05)),
     _planar("planar, EI1/EI2 1", refused={RODS: _NEUTRAL}, ribbon=Ribbon(bending_ratio=1.0)),
     _planar("planar, dL 0.001", rate=0.05, stop=0.1, compression=0.001),

@@ -34,11 +34,12 @@ VERBS = ("folds", "equilibria")
 _NODES = 151
 _MESHES = (_NODES, 201, 301)
 # so stiff sideways and in twist that a planar state stays in its plane, where neither counts
-_STIFF = MappingProxyType({"bending_ratio": 1e4, "twist_ratio": 1e3})
+_STIFF: Mapping[str, Any] = MappingProxyType({"bending_ratio": 1e4, "twist_ratio": 1e3})
 
 # scenes at rest that no motion has: near others, where following a curve is what can fail
 _MORE: MappingProxyType[str, dict[str, Any]] = MappingProxyType(
     {
+        # 100 and 1.409 follow
         "h/L 0.02": {**PATH_1, "ribbon": Ribbon(thickness=0.02)},
         "EI1/EI2 10": {**UNBROKEN, "ribbon": Ribbon(bending_ratio=10.0)},
         "EI1/EI2 1e3": {**PATH_1, "ribbon": Ribbon(bending_ratio=1e3)},

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from compare.face.report import Table
-from compare.face.style import figure, save
+from compare.face.section import Table
+from compare.face.style import figure
 
+from .confirmations import Confirmation
 from .hard_cases import (
     CASES,
     COARSE,
@@ -27,9 +27,6 @@ from .hard_cases import (
     Verdict,
 )
 from .hard_statics import MODELS, VERBS, StaticVerdict
-
-if TYPE_CHECKING:
-    from .question import Confirmation
 
 _MOTION = {
     GOOD: ("#74c476", "completed"),
@@ -250,8 +247,7 @@ def _draw(
     absent: str,
     title: str,
     tall: float,
-    path: Path,
-) -> str:
+) -> Any:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -284,7 +280,7 @@ def _draw(
         fontsize=7.5,
     )
     fig.suptitle(title, fontsize=8.5)
-    return save(fig, path)
+    return fig
 
 
 def _motion_text(verdict: Verdict) -> str:
@@ -297,8 +293,8 @@ def _motion_text(verdict: Verdict) -> str:
     return f"{text}\nmesh: otherwise" if "a mesh twice as fine" in verdict.note else text
 
 
-def motion_map(verdicts: Sequence[Verdict], path: Path) -> str:
-    """Draw motions; returns the file's name."""
+def motion_map(verdicts: Sequence[Verdict]) -> Any:
+    """Draw motions."""
     rows = list(dict.fromkeys(v.case for v in verdicts))
     columns = list(dict.fromkeys((v.model, v.method) for v in verdicts))
     cells = {(v.case, (v.model, v.method)): (v.status, _motion_text(v)) for v in verdicts}
@@ -308,7 +304,7 @@ def motion_map(verdicts: Sequence[Verdict], path: Path) -> str:
         "Second: energy gained or lost over the largest kinetic energy · steps taken again.  "
         "Third, of defaults: error against a mesh twice as fine"
     )
-    return _draw(rows, columns, cells, _MOTION, SKIPPED, title, 0.42, path)
+    return _draw(rows, columns, cells, _MOTION, SKIPPED, title, 0.42)
 
 
 def _rest_text(verdict: StaticVerdict) -> str:
@@ -320,10 +316,10 @@ def _rest_text(verdict: StaticVerdict) -> str:
     return f"{folds}\n" + ("–" if verdict.error is None else f"{verdict.error:.0e} rad")
 
 
-def statics_map(verdicts: Sequence[StaticVerdict], path: Path) -> str:
-    """Draw scenes at rest; returns the file's name."""
+def statics_map(verdicts: Sequence[StaticVerdict]) -> Any:
+    """Draw scenes at rest."""
     rows = list(dict.fromkeys(v.scene for v in verdicts))
     columns = [(model, verb) for model in MODELS for verb in VERBS]
     cells = {(v.scene, (v.model, v.verb)): (v.status, _rest_text(v)) for v in verdicts}
     title = "Folds that a slow ramp meets and their error against an independent model; folds on the curve"
-    return _draw(rows, columns, cells, _REST, "not for this model", title, 0.34, path)
+    return _draw(rows, columns, cells, _REST, "not for this model", title, 0.34)

@@ -1,336 +1,23 @@
-"""What do the hard cases do to each method and model?  They complete, or they say why not: never garbage."""
+"""Hard cases, in motion and at rest: they complete, or they say why not, and are never garbage."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 import der
-from compare.face.report import Picture, Section
-from compare.sweep.pool import in_parallel
-from compare.sweep.progress import Progress
-from ribbonfem import History, Scene, elastica, quasilinear
-from ribbonfem.results import Array
+from compare.face.section import Drawing, Table
+from compare.questions.registry import Question
+from compare.sweep import Sweep
+from ribbonfem import Scene
 
-from .hard_cases import (
-    CASES,
-    COARSE,
-    ELASTICA,
-    GOOD,
-    KNOWN,
-    LOSSY,
-    PATH_1,
-    PLANAR,
-    QUASILINEAR,
-    RAISED,
-    REFUSED,
-    RODS,
-    SKIPPED,
-    UNBALANCED,
-    UNRESOLVED,
-    WRONG,
-    Hard,
-    Verdict,
-    is_refusal,
-    told,
-)
+from . import maps
+from .confirmations import CONFIRMED, Confirmation
+from .hard_cases import CASES, KNOWN, PATH_1, PLANAR, RODS, Hard, Verdict
 from .hard_statics import StaticVerdict, judge_statics, static_scenes
-from .maps import motion_map, statics_map, summary, tables
-
-FIXED = ("implicit-euler", "newmark", "generalised-alpha", "midpoint", "discrete-gradient")
-BEAM_FIXED = ("implicit-euler", "newmark", "generalised-alpha")
-DEFAULT = "tr-bdf2"
-METHODS = {
-    RODS: (DEFAULT, *FIXED, "verlet"),
-    ELASTICA: (DEFAULT, *BEAM_FIXED),
-    QUASILINEAR: (DEFAULT, *BEAM_FIXED),
-}
-_BEAMS = {ELASTICA: elastica, QUASILINEAR: quasilinear}
-# elements twice as many as those of the default
-_FINER = {ELASTICA: 32, QUASILINEAR: 64}
-# nodes above which a rod twice as fine is not asked: it costs more than all else together
-_FINEST = 200
-# the tolerance of the references, L
-TIGHT = 1e-6
-# steps that the explicit oracle may take, and fixed-step methods
-_EXPLICIT_MOST, _MOST = 300_000, 60_000
-
-
-@dataclass(frozen=True)
-class Deviation:
-    """A run's distance from the reference, and what a good and a coarse step may miss."""
-
-    error: float
-    unit: str
-    strict: float
-    coarse: float
-
-
-@dataclass(frozen=True)
-class Confirmation:
-    """A reference beside another integrator on the same mesh with small fixed steps.
-
-    Attributes
-    ----------
-    wanted, found: instant of the snap by the reference and by the other integrator, s.
-    error, unit, allowed: the difference, and the most that a default run may be off.
-    """
-
-    case: str
-    model: str
-    method: str
-    step: float
-    wanted: float | None = None
-    found: float | None = None
-    error: float | None = None
-    unit: str = ""
-    allowed: float | None = None
-    note: str = ""
-
-
-# integrators that share no step with the references, at steps where they have converged
-CONFIRMED = (
-    Confirmation("free ringing", RODS, "discrete-gradient", 2e-4),
-    Confirmation("rate 100", RODS, "verlet", 5e-6),
-    Confirmation("alpha to 3.5", RODS, "generalised-alpha", 2e-4),
-    Confirmation("silicon, 0.3 mm", RODS, "discrete-gradient", 2e-9),
-    Confirmation("EI1/EI2 1e4", RODS, "discrete-gradient", 2e-4),
-    Confirmation("planar ringing", ELASTICA, "newmark", 1e-4),
-    Confirmation("planar, rate 1000", QUASILINEAR, "generalised-alpha", 1e-5),
-)
-
-
-def _balance(history: History) -> Array:
-    """Energy from nowhere since the start, EI2/L."""
-    e = history.energies
-    return np.asarray(e["kinetic"] + e["elastic"] + e["dissipated"] - e["work"] - e["elastic"][0])
-
-
-def drift_of(history: History) -> tuple[float, float]:
-    """Largest growth and loss of the energy beyond its balance, over the largest kinetic energy."""
-    e, balance = history.energies, _balance(history)
-    scale = max(float(e["kinetic"].max()), 1e-3 * float(e["elastic"].max()))
-    return float(balance.max()) / scale, -float(balance.min()) / scale
-
-
-def deviation(case: Hard, history: History, reference: History) -> Deviation:
-    """How far a run is from the reference: by the instant of the snap, or by the height if there is none.
-
-    After the snap a ribbon rings, and heights at late times depend on every digit.
-    """
-    rate, steps = abs(case.scene.rate), 2.0 * case.step
-    if case.snap:
-        found, wanted = history.crossing(case.snap), reference.crossing(case.snap)
-        if wanted is not None and wanted[0] <= case.kink:
-            strict, coarse = 2e-4 + 1e-3 * abs(wanted[1]), steps * rate + 0.03 * abs(wanted[1])
-            off = math.inf if found is None else rate * abs(found[0] - wanted[0])
-            return Deviation(off, "rad", strict, coarse)
-        if wanted is not None:
-            wait = wanted[0] - case.kink
-            off = math.inf if found is None else abs(found[0] - wanted[0]) / wait
-            return Deviation(off, "wait", 0.01, 0.03 + steps / wait)
-        if found is not None:
-            return Deviation(math.inf, "rad", 0.0, 0.0)
-    off = float(np.abs(np.interp(history.time, reference.time, reference.height) - history.height).max())
-    reach = float(np.ptp(reference.height))
-    with np.errstate(invalid="ignore"):
-        speed = float(np.abs(np.diff(reference.height) / np.diff(reference.time)).max())
-    return Deviation(off, "L", 2e-4 + 0.01 * reach, 2e-4 + 0.03 * reach + min(steps * speed, 0.1))
-
-
-def explicit_step(case: Hard) -> float:
-    """A step (s) that the explicit method can take: 0.8 of its limit in bending and in stretch."""
-    ribbon, edges = case.scene.ribbon, case.nodes - 2
-    stiffest = max(1.0, ribbon.bending_ratio)
-    frequency = max(4.0 * edges**2 * math.sqrt(stiffest), 2.0 * edges * math.sqrt(ribbon.stretch_ratio))
-    return 1.6 / frequency * ribbon.inertial_time
-
-
-def _until(case: Hard) -> str:
-    return "snap" if case.snap == "height" else "end"
-
-
-def reference(case: Hard, model: str) -> History:
-    """A tight run on the same mesh, by which the stepping is judged."""
-    if model == RODS:
-        return der.simulate(
-            case.scene, nodes=case.nodes, tolerance=TIGHT, until=_until(case), configurations=False
-        )
-    return _BEAMS[model].simulate(case.scene, tolerance=0.1 * TIGHT, until=_until(case))
-
-
-def finer(case: Hard, model: str) -> History | None:
-    """The motion on a mesh twice as fine, at a tenth of the default tolerance; None if it costs too much."""
-    if model != RODS:
-        return _BEAMS[model].simulate(case.scene, elements=_FINER[model], tolerance=TIGHT, until=_until(case))
-    if case.nodes > _FINEST:
-        return None
-    nodes = 2 * (case.nodes - 2) + 2
-    return der.simulate(
-        case.scene, nodes=nodes, tolerance=10 * TIGHT, until=_until(case), configurations=False
-    )
-
-
-def run(case: Hard, model: str, method: str) -> History | None:
-    """The motion by one method, or None if it would take too many steps.
-
-    The default method has its adaptive steps, the others the case's.
-    """
-    step = None if method == DEFAULT else explicit_step(case) if method == "verlet" else case.step
-    if step is not None and case.duration / step > (_EXPLICIT_MOST if method == "verlet" else _MOST):
-        return None
-    if model == RODS:
-        every = 1 if step is None else max(1, int(case.duration / step / 20000))
-        return der.simulate(
-            case.scene, nodes=case.nodes, method=method, step=step, every=every, configurations=False
-        )
-    return _BEAMS[model].simulate(case.scene, method=method, step=step)
-
-
-def judge_run(case: Hard, model: str, method: str, history: History, truth: History) -> Verdict:
-    """Say how a run that completed did: its numbers, its energy balance, its distance from the truth."""
-    growth, loss = drift_of(history)
-    snap = history.crossing(case.snap) if case.snap else None
-    off = deviation(case, history, truth)
-    strict = method == DEFAULT
-
-    def verdict(status: str, note: str, drift: float) -> Verdict:
-        return Verdict(
-            case.name,
-            model,
-            method,
-            status,
-            note,
-            drift,
-            off.error if math.isfinite(off.error) else None,
-            off.unit,
-            None,
-            None if snap is None else snap[1],
-            int(history.stats["rejected"]),
-            float(history.stats["seconds"]),
-        )
-
-    if not all(np.isfinite(values).all() for values in (history.height, *history.energies.values())):
-        return verdict(WRONG, "not finite", growth)
-    if model in dict(case.refused):
-        return verdict(WRONG, f"should have refused: {dict(case.refused)[model]}", growth)
-    if growth > 0.25 and case.scene.damping == 0.0:
-        return verdict(WRONG, f"gains {growth:.0%} of the kinetic energy", growth)
-    if growth > 0.25 and off.error > off.strict:
-        # without damping of their own, methods swing about the slow motion when steps are longer than 1/nu
-        return verdict(UNRESOLVED, "its own energy balance says that the step is too long for nu", growth)
-    if not off.error <= (off.strict if strict else off.coarse):
-        what = (
-            "one snaps, the other does not" if math.isinf(off.error) else f"off by {off.error:.2g} {off.unit}"
-        )
-        if loss > (0.25 if case.snap else 0.05) and not strict:
-            return verdict(UNRESOLVED, f"its balance misses {loss:.0%} of the kinetic energy; {what}", -loss)
-        return verdict(WRONG, what, growth if growth > loss else -loss)
-    # of a creeping ribbon a quarter of the kinetic energy is nothing; then the elastic one is what counts
-    if growth > 0.25 and _balance(history).max() > 0.01 * float(history.energies["elastic"].max()):
-        return verdict(UNBALANCED, f"right so far, but gains {growth:.3g} of the kinetic energy", growth)
-    if loss > 0.05:
-        return verdict(LOSSY, f"loses {loss:.0%} of the kinetic energy", -loss)
-    return verdict(GOOD, "", growth if growth > loss else -loss)
-
-
-def with_mesh(case: Hard, verdict: Verdict, history: History, fine: History) -> Verdict:
-    """Add what a mesh twice as fine says of a default run, and fail a beam that its mesh puts off.
-
-    A beam's mesh is its model's default and has to keep the same limits as its steps.  A rod's
-    mesh is the case's, 51 nodes or fewer, and no default: there the difference is shown and not judged.
-    """
-    off = deviation(case, history, fine)
-    if not math.isfinite(off.error):
-        note = "on a mesh twice as fine, one snaps and the other does not"
-    elif off.unit != verdict.unit:
-        note = f"off by {off.error:.2g} {off.unit} from a mesh twice as fine"
-    else:
-        note = ""
-        verdict = replace(verdict, mesh=off.error)
-    if verdict.model != RODS and verdict.status in (GOOD, LOSSY) and not off.error <= off.strict:
-        return replace(
-            verdict,
-            status=COARSE,
-            note=note or f"right on its mesh, off by {off.error:.2g} {off.unit} from one twice as fine",
-        )
-    return replace(verdict, note="; ".join(part for part in (verdict.note, note) if part))
-
-
-def _failure(case: Hard, model: str, method: str, error: Exception) -> Verdict:
-    reason = dict(case.refused).get(model)
-    note = told(error) if reason is None else f"{reason}. It says: {told(error)}"
-    status = REFUSED if reason is not None and is_refusal(error) else RAISED
-    return Verdict(case.name, model, method, status, note)
-
-
-def judge(
-    case: Hard, model: str, methods: Sequence[str] | None = None, *, meshes: bool = True
-) -> list[Verdict]:
-    """Run a case with the methods of a model, all by default, and say how each went.
-
-    Whatever is raised is a verdict too: one method's failure must not hide another's answer.
-    With `meshes`, the default method is also compared with a mesh twice as fine.
-    """
-    truth: History | Exception
-    try:
-        truth = reference(case, model)
-    except Exception as error:
-        truth = error
-    verdicts = []
-    for method in METHODS[model] if methods is None else methods:
-        try:
-            history = run(case, model, method)
-        except Exception as error:
-            verdicts.append(_failure(case, model, method, error))
-            continue
-        if history is None:
-            verdicts.append(Verdict(case.name, model, method, SKIPPED, "too many steps"))
-        elif isinstance(truth, Exception):
-            note = f"completed, but no reference does: {told(truth)}"
-            status = WRONG if model in dict(case.refused) else UNRESOLVED
-            verdicts.append(Verdict(case.name, model, method, status, note))
-        else:
-            verdict = judge_run(case, model, method, history, truth)
-            if meshes and method == DEFAULT:
-                try:
-                    fine = finer(case, model)
-                except Exception as error:
-                    verdict = replace(verdict, note=f"{verdict.note}; twice as fine: {told(error)}")
-                else:
-                    verdict = verdict if fine is None else with_mesh(case, verdict, history, fine)
-            verdicts.append(verdict)
-    return verdicts
-
-
-def confirm(asked: Confirmation) -> Confirmation:
-    """Set a reference beside another integrator, both on the case's mesh."""
-    case = next(case for case in CASES if case.name == asked.case)
-    try:
-        truth = reference(case, asked.model)
-        policy: dict[str, Any] = {"method": asked.method, "step": asked.step, "until": "snap"}
-        if asked.model == RODS:
-            other = der.simulate(case.scene, nodes=case.nodes, configurations=False, **policy)
-        else:
-            other = _BEAMS[asked.model].simulate(case.scene, **policy)
-    except Exception as error:
-        return replace(asked, note=told(error))
-    off = deviation(case, other, truth)
-    wanted, found = truth.crossing(case.snap), other.crossing(case.snap)
-    return replace(
-        asked,
-        wanted=None if wanted is None else wanted[0],
-        found=None if found is None else found[0],
-        error=off.error if math.isfinite(off.error) else None,
-        unit=off.unit,
-        allowed=off.strict,
-    )
+from .judging import BEAMS, DEFAULT, EXPLICIT_MOST, METHODS, MOST, confirm, judge
 
 
 def _work(item: tuple[Any, ...]) -> tuple[list[Any], str, float]:
@@ -351,11 +38,21 @@ def _warm_up() -> None:
     for method in METHODS[RODS]:
         step = None if method == DEFAULT else 1e-5
         der.simulate(Scene(**PATH_1, rate=10.0, stop=1e-3), nodes=11, method=method, step=step)
-    for beam in _BEAMS.values():
+    for beam in BEAMS.values():
         beam.simulate(Scene(**PLANAR, rate=10.0, stop=1e-3))
 
 
-def main(*, progress: Progress | None = None, out: Path, processes: int = 2) -> Section:
+@dataclass(frozen=True)
+class HardCases:
+    """What was found: motions, scenes at rest, references confirmed, and the seconds of each."""
+
+    runs: tuple[Verdict, ...]
+    statics: tuple[StaticVerdict, ...]
+    confirmed: tuple[Confirmation, ...]
+    seconds: dict[str, float]
+
+
+def main(*, sweep: Sweep | None = None) -> HardCases:
     """Run the hard cases with every method and model, in motion and at rest.
 
     Completed, energy drift, rejected steps, error against a tight reference and a finer mesh, or
@@ -363,51 +60,69 @@ def main(*, progress: Progress | None = None, out: Path, processes: int = 2) -> 
     1 to 1e4, shears around the pitchforks and near the taut limit, full turns of the clamp, ramps
     that stop at the fold or after whole periods, fast and overdamped ramps, coarse and fine meshes.
     """
-    progress = progress or Progress()
-    _warm_up()
-    # motions first and the scenes at rest, which take one or two seconds each, last: both processes
+    sweep = sweep or Sweep()
+    # motions first and the scenes at rest, which take one or two seconds each, last: all processes
     # are then busy to the end
     work: list[Any] = [(asked,) for asked in CONFIRMED]
     for case in CASES:
         work += [(case, model) for model in METHODS if model == RODS or case.scene.planar]
     work += list(static_scenes().items())
-    done = list(progress("hard cases", in_parallel(_work, work, processes), len(work)))
-    verdicts = [v for group, _, _ in done for v in group if isinstance(v, Verdict)]
-    statics = [v for group, _, _ in done for v in group if isinstance(v, StaticVerdict)]
-    confirmed = [v for group, _, _ in done for v in group if isinstance(v, Confirmation)]
-    spent = {name: seconds for _, name, seconds in done}
+    done = sweep("hard cases", _work, work, prepare=_warm_up)
+    found = [v for group, _, _ in done for v in group]
+    return HardCases(
+        runs=tuple(v for v in found if isinstance(v, Verdict)),
+        statics=tuple(v for v in found if isinstance(v, StaticVerdict)),
+        confirmed=tuple(v for v in found if isinstance(v, Confirmation)),
+        seconds={name: seconds for _, name, seconds in done},
+    )
+
+
+def words(found: HardCases) -> list[str]:
+    """How many completed, raised, were wrong."""
+    limits = (
+        f"Left out: fixed steps, of which the motion needs more than {MOST:,} (explicit: "
+        f"{EXPLICIT_MOST:,}).  "
+        f"The work took {sum(found.seconds.values()):.0f} s of the processor."
+    )
+    return [*maps.summary(found.runs, found.statics, found.confirmed, DEFAULT), limits]
+
+
+def tables(found: HardCases) -> list[Table]:
+    """Every run, every scene at rest, every reference that was confirmed."""
+    return maps.tables(found.runs, found.statics, found.confirmed)
+
+
+def drawings(found: HardCases) -> Iterator[Drawing]:
+    """Maps of motions and of scenes at rest."""
     known = {case.name for case in KNOWN}
     planar = {case.name for case in CASES if case.scene.planar}
-    pictures = [
-        Picture(
-            motion_map([v for v in verdicts if v.case in known - planar], out / "stability-known.png"),
-            "Motions of ribbons that broke prototypes.",
-        ),
-        Picture(
-            motion_map([v for v in verdicts if v.case not in known | planar], out / "stability-ribbons.png"),
-            "Motions of ribbons made to be hard.",
-        ),
-        Picture(
-            motion_map([v for v in verdicts if v.case in planar], out / "stability-planar.png"),
-            "Planar motions: rods, elastica, quasi-linear beam.",
-        ),
-        Picture(statics_map(statics, out / "stability-rest.png"), "The same scenes at rest."),
-    ]
-    limits = (
-        f"Left out: fixed steps, of which the motion needs more than {_MOST:,} (explicit: "
-        f"{_EXPLICIT_MOST:,}).  "
-        f"The work took {sum(spent.values()):.0f} s of the processor."
-    )
-    return Section(
-        name="stability",
-        title="Hard cases",
-        text=[*summary(verdicts, statics, confirmed, DEFAULT), limits],
-        tables=tables(verdicts, statics, confirmed),
-        pictures=pictures,
-        values={
-            "runs": [vars(v) for v in verdicts],
-            "statics": [vars(v) for v in statics],
-            "confirmed": [vars(v) for v in confirmed],
-            "seconds": spent,
-        },
-    )
+    for file, caption, chosen in (
+        ("known", "Motions of ribbons that broke prototypes.", known - planar),
+        ("ribbons", "Motions of ribbons made to be hard.", {v.case for v in found.runs} - known - planar),
+        ("planar", "Planar motions: rods, elastica, quasi-linear beam.", planar),
+    ):
+        verdicts = [v for v in found.runs if v.case in chosen]
+        yield Drawing(f"stability-{file}.png", caption, maps.motion_map(verdicts))
+    yield Drawing("stability-rest.png", "The same scenes at rest.", maps.statics_map(found.statics))
+
+
+def values(found: HardCases) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "runs": [vars(v) for v in found.runs],
+        "statics": [vars(v) for v in found.statics],
+        "confirmed": [vars(v) for v in found.confirmed],
+        "seconds": found.seconds,
+    }
+
+
+QUESTION = Question(
+    name="stability",
+    title="Hard cases",
+    takes="some 6 minutes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+)

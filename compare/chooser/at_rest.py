@@ -1,0 +1,69 @@
+"""Folds at rest, refined until two meshes agree: their error is what the meshes show, and not assumed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+from ribbonfem import Fold, Scene, SceneError, SolverError
+
+from .climb import Run, apart
+
+# meshes of the elements at rest, each to be checked by the next: the second is the model's default
+AT_REST = {
+    "elastica": (32, 48, 64, 96, 128, 192, 256),
+    "kirchhoff": (24, 32, 48, 64, 96, 128, 192, 256),
+}
+# elements at which a start that none of the coarser meshes has is given up
+_HOPELESS = 64
+
+
+def folds(
+    name: str, of: Callable[..., tuple[Fold, ...]], scene: Scene, tolerance: float
+) -> tuple[float | None, float, tuple[Run, ...], tuple[Fold, ...]]:
+    """The last fold of a slow ramp by finer and finer elements, until two meshes agree to a tolerance.
+
+    Parameters
+    ----------
+    name, of: of a model, and its `folds`.
+
+    Returns
+    -------
+    The angle (None where there is no fold), its distance to that of the mesh before, the runs, and the
+    finest mesh's folds.
+
+    Raises
+    ------
+    SceneError, SolverError
+        If no mesh gives an answer.
+    """
+    runs: list[Run] = []
+    found: list[tuple[Fold, ...]] = []
+    failure: Exception | None = None
+    error = math.inf
+    for elements in AT_REST[name]:
+        policy = {"elements": elements, "extensible": True}
+        begin = time.process_time()
+        try:
+            found.append(of(scene, **policy))
+        except (SceneError, SolverError) as raised:
+            # a mesh too coarse for the start, or for the curve, says nothing of a finer one
+            failure = raised
+            runs.append(Run(name, policy, None, time.process_time() - begin))
+            if elements >= _HOPELESS and not found:
+                break
+            continue
+        angle = found[-1][-1].angle if found[-1] else None
+        runs.append(Run(name, policy, angle, time.process_time() - begin))
+        if len(found) > 1:
+            error = math.inf if len(found[-1]) != len(found[-2]) else apart(*(_last(f) for f in found[-2:]))
+        if error <= tolerance:
+            break
+    if not found:
+        raise failure or SolverError(f"{name}: no mesh gave a fold")
+    return _last(found[-1]), error, tuple(runs), found[-1]
+
+
+def _last(folds: tuple[Fold, ...]) -> float | None:
+    return folds[-1].angle if folds else None

@@ -1,0 +1,126 @@
+"""Where an outcome changes along a line of one parameter: solved for, and a band where it is no point.
+
+Many lines are solved side by side, one step of each a round, so that a sweep has work for all its workers.
+A change that is found is looked at from both sides: where runs near it do not keep to their side, there is a
+band of mixed outcomes, and it is its ends that are told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+# points of a line in the first look, its ends included; runs on either side of a change that is found
+_LOOK, _BESIDE = 5, 4
+# how far, in the logarithm, runs beside a change reach
+_REACH = 0.15
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Where the outcome changes along a line of rate or of damping.
+
+    Attributes
+    ----------
+    along: "rate" or "damping", which varies; `other` is the value of the one that does not.
+    value, doubt: where it changes, and how far it may be from there.
+    low, high: ends of the band in which both outcomes come, equal to each other where it is a point.
+    below, above: outcomes on its two sides.
+    """
+
+    along: str
+    other: float
+    value: float
+    doubt: float
+    low: float
+    high: float
+    below: str
+    above: str
+
+    @property
+    def band(self) -> bool:
+        """Whether it is a band and not a point."""
+        return self.high > self.low
+
+
+@dataclass
+class Line:
+    """A line that is searched: what was run on it so far, by the logarithm of the value.
+
+    Attributes
+    ----------
+    ends: values between which to look.
+    tolerance: relative, of a change.
+    known: outcome by logarithm.
+    look: points of the first look.
+    """
+
+    ends: tuple[float, float]
+    tolerance: float
+    known: dict[float, str]
+    look: int = _LOOK
+    beside: bool = False
+
+    def points(self) -> list[float]:
+        """What is to be run next, as logarithms; nothing once it is done."""
+        low, high = (math.log(end) for end in self.ends)
+        grid = [low + (high - low) * k / (self.look - 1) for k in range(self.look)]
+        missing = [x for x in grid if x not in self.known]
+        if missing:
+            return missing
+        gaps = [(a, b) for a, b in self.changes() if b - a > math.log1p(self.tolerance)]
+        if gaps:
+            return [0.5 * (a + b) for a, b in gaps]
+        if self.beside:
+            return []
+        self.beside = True
+        wanted = []
+        for a, b in self.changes():
+            for k in range(1, _BESIDE + 1):
+                share = _REACH * k / _BESIDE
+                wanted += [x for x in (a - share, b + share) if low < x < high and x not in self.known]
+        return wanted
+
+    def changes(self) -> list[tuple[float, float]]:
+        """Neighbouring points whose outcomes differ."""
+        done = sorted((x, name) for x, name in self.known.items() if name)
+        return [(a, b) for (a, one), (b, two) in pairwise(done) if one != two]
+
+    def found(self) -> list[tuple[float, float, float, float, str, str]]:
+        """Value, doubt, low, high, below, above of each change; changes close together are a band."""
+        groups: list[list[tuple[float, float]]] = []
+        for change in self.changes():
+            if groups and change[0] - groups[-1][-1][1] < 2.0 * _REACH:
+                groups[-1].append(change)
+            else:
+                groups.append([change])
+        told = []
+        for group in groups:
+            low, high = group[0][0], group[-1][1]
+            below, above = self.known[low], self.known[high]
+            value = math.exp(0.5 * (low + high))
+            doubt = 0.5 * (math.exp(high) - math.exp(low))
+            ends = (math.exp(low), math.exp(high)) if len(group) > 1 else (value, value)
+            told.append((value, doubt, *ends, below, above))
+        return told
+
+
+def search(lines: Sequence[Line], run: Callable[[list[tuple[int, float]]], list[str]]) -> None:
+    """Search all lines to their ends.
+
+    Parameters
+    ----------
+    lines: get their `known` filled.
+    run: outcomes at (number of the line, value), all of one round at once; "" of a run that failed.
+    """
+    while True:
+        work = [(k, x) for k, line in enumerate(lines) for x in line.points()]
+        if not work:
+            if all(line.beside for line in lines):
+                return
+            continue
+        outcomes = run([(k, math.exp(x)) for k, x in work])
+        for (k, x), outcome in zip(work, outcomes, strict=True):
+            lines[k].known[x] = outcome

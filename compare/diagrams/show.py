@@ -1,0 +1,268 @@
+"""Diagrams told: numbers for programs, tables, and figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from compare.face.section import Table
+from compare.face.style import figure
+
+from .record import Diagram
+
+COLOURS = {
+    "no skip": "#2a9d5c",
+    "type 1": "#e76f51",
+    "type 2": "#7b2d8b",
+    "first only": "#f4d35e",
+    "none": "#9aa0a6",
+    "U+S+": "#457b9d",
+    "U+S-": "#2a9d5c",
+    "U-S+": "#c1121f",
+    "U-S-": "#f4a261",
+}
+
+
+@dataclass(frozen=True)
+class Named:
+    """A run that the paper names: where, what it says, and in which of its figures."""
+
+    rate: float
+    damping: float
+    paper: str
+    where: str
+
+
+def _plain(values: Any) -> Any:
+    """Nested lists, a number that is none as None."""
+    if isinstance(values, list):
+        return [_plain(value) for value in values]
+    return None if isinstance(values, float) and math.isnan(values) else values
+
+
+def numbers(diagram: Diagram) -> dict[str, Any]:
+    """The fields of a diagram for programs."""
+    arrays = ("rates", "dampings", "shares", "doubt", "runs", "outcome")
+    scene = diagram.scene
+    return {
+        "kind": diagram.kind,
+        "compression": scene.compression,
+        "shear": scene.shear,
+        "stop": scene.stop,
+        "model": diagram.model,
+        "policy": dict(diagram.policy),
+        "seed": diagram.seed,
+        "outcomes": list(diagram.outcomes),
+        **{name: _plain(np.asarray(getattr(diagram, name)).tolist()) for name in arrays},
+        "failed": [asdict(failed) for failed in diagram.failed],
+        "boundaries": [asdict(boundary) for boundary in diagram.boundaries],
+        "folds": list(diagram.folds),
+        "predicted": {name: np.asarray(curve).tolist() for name, curve in diagram.predicted.items()},
+    }
+
+
+def label(diagram: Diagram) -> str:
+    """Compression, shear, stop, model."""
+    scene = diagram.scene
+    stop = "" if scene.stop is None else f", stop {scene.stop:g}"
+    return f"({scene.compression:.2f}, {scene.shear:.2f}){stop}, {diagram.model}"
+
+
+def summary(diagrams: Sequence[Diagram]) -> Table:
+    """A row a diagram: its cells by what they are called, runs and failures."""
+    names = sorted(
+        {str(name) for d in diagrams for name in np.unique(d.outcome)},
+        key=lambda n: (n in ("cut", "mixed"), n),
+    )
+    return Table(
+        "Cells of each diagram",
+        ["diagram", *(name or "no run ended" for name in names), "runs", "failed", "boundaries", "bands"],
+        [
+            [label(d), *(int(np.count_nonzero(d.outcome == name)) for name in names)]
+            + [int(d.runs.sum()), len(d.failed), len(d.boundaries), sum(b.band for b in d.boundaries)]
+            for d in diagrams
+        ],
+        ["s"] + ["d"] * (len(names) + 4),
+        "A cell is an area of rate and damping. An outcome: all its runs agree. cut: one line separates two "
+        "outcomes. mixed: none does, and no single run decides; its share says what runs do there. bands: "
+        "changes that are no point but a range in which both outcomes come.",
+    )
+
+
+def mixed_table(diagrams: Sequence[Diagram]) -> Table:
+    """Every mixed cell with its shares."""
+    names = [
+        name
+        for name in dict.fromkeys(name for d in diagrams for name in d.outcomes)
+        if any(np.nansum(d.shares[..., d.outcomes.index(name)]) > 0.0 for d in diagrams if name in d.outcomes)
+    ]
+    rows = []
+    for d in diagrams:
+        for j, i in np.argwhere(np.asarray(d.undetermined)):
+            shares = dict(zip(d.outcomes, map(float, d.shares[j, i]), strict=True))
+            cell = [label(d), float(d.rates[i]), float(d.dampings[j])]
+            rows.append(
+                [*cell, *(shares.get(name) for name in names), float(d.doubt[j, i]), int(d.runs[j, i])]
+            )
+    return Table(
+        "Cells that no single run decides",
+        ["diagram", "rate", "nu", *names, "±", "runs"],
+        rows,
+        ["s", ".3g", ".3g", *[".2f"] * len(names), ".2f", "d"],
+        "Shares of the runs that ended; ±: half the 95 % interval of the largest.",
+    )
+
+
+def _cell(diagram: Diagram, rate: float, damping: float) -> tuple[int, int] | None:
+    """Row and column of the cell that holds a point."""
+    place = []
+    for value, axis in ((damping, np.log(diagram.dampings)), (rate, np.log(diagram.rates))):
+        half = 0.5 * (axis[1] - axis[0])
+        k = int(np.argmin(np.abs(axis - math.log(value))))
+        if abs(axis[k] - math.log(value)) > half * (1.0 + 1e-9):
+            return None
+        place.append(k)
+    return place[0], place[1]
+
+
+def _verdict(diagram: Diagram, case: Named, cell: str, share: float) -> str:
+    """What a cell says of a run that the paper names."""
+    if cell == case.paper:
+        return "confirmed"
+    if cell == "mixed":
+        return f"not determined: {share:.0%} of the runs" if share > 0.0 else "not found"
+    if cell == "cut":
+        # on which side of the line: that of the nearest run
+        near = min(
+            (s for s in diagram.samples if s.outcome),
+            key=lambda s: math.hypot(math.log(s.rate / case.rate), math.log(s.damping / case.damping)),
+        )
+        return f"{'confirmed' if near.outcome == case.paper else 'not found'}; a boundary crosses the cell"
+    return "not found"
+
+
+def named_table(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) -> Table:
+    """The paper's named runs, each in its cell: what the paper says, and what shares of runs do."""
+    rows = []
+    for d in diagrams:
+        for case in named.get(d.scene.compression, ()):
+            place = _cell(d, case.rate, case.damping)
+            if place is None:
+                continue
+            shares = dict(zip(d.outcomes, map(float, d.shares[place]), strict=True))
+            cell = str(d.outcome[place])
+            told = ", ".join(f"{name} {share:.2f}" for name, share in shares.items() if share > 0.0)
+            verdict = _verdict(d, case, cell, shares.get(case.paper, 0.0))
+            rows.append([label(d), case.where, case.rate, case.damping, case.paper, cell, told, verdict])
+    return Table(
+        "The paper's named runs in their cells",
+        ["diagram", "figure", "rate", "nu", "paper", "cell", "shares", "verdict"],
+        rows,
+        ["s", "s", ".3g", ".3g", "s", "s", "s", "s"],
+    )
+
+
+def _edges(centres: Any) -> Any:
+    logs = np.log(centres)
+    half = 0.5 * (logs[1] - logs[0])
+    return np.exp(np.append(logs - half, logs[-1] + half))
+
+
+def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None:
+    """One diagram: colours mixed by shares, boundaries, bands, predictions, failures, the paper's runs."""
+    from matplotlib.colors import to_rgb
+
+    palette = np.array([to_rgb(COLOURS[name]) for name in diagram.outcomes])
+    shares = np.nan_to_num(np.array(diagram.shares))
+    # on white, so that a cell without a run stays so
+    colour = np.einsum("jik,kc->jic", shares, palette) + (1.0 - shares.sum(axis=2))[..., None]
+    x, y = _edges(diagram.rates), _edges(diagram.dampings)
+    axes.pcolormesh(x, y, np.clip(0.25 + 0.75 * colour, 0.0, 1.0), lw=0)
+    for j, i in np.argwhere(np.asarray(diagram.undetermined)):
+        axes.plot(diagram.rates[i], diagram.dampings[j], "o", ms=2.6, mfc="white", mec="black", mew=0.6)
+    for b in diagram.boundaries:
+        along = b.along == "rate"
+        if b.band:
+            ends = np.array([[b.low, b.high], [b.other, b.other]])
+            axes.plot(
+                *(ends if along else ends[::-1]), color="black", lw=2.6, alpha=0.45, solid_capstyle="butt"
+            )
+        point = (b.value, b.other) if along else (b.other, b.value)
+        axes.plot(*point, "k.", ms=3.2)
+    for curve in diagram.predicted.values():
+        if len(curve):
+            axes.plot(curve[:, 0], curve[:, 1], "k--", lw=1.1)
+    for failed in diagram.failed:
+        axes.plot(failed.rate, failed.damping, "x", ms=4, color="red")
+    for case in named:
+        axes.plot(case.rate, case.damping, "*", ms=9, mfc=COLOURS[case.paper], mec="black", mew=0.8, zorder=6)
+    axes.set(xscale="log", yscale="log", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.set_title(label(diagram), fontsize=8.5)
+
+
+def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) -> Any:
+    """All diagrams, a panel each."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    columns = min(3, len(diagrams))
+    rows = -(-len(diagrams) // columns)
+    fig, grid = figure(columns, rows, width=3.7, height=3.3)
+    panels = np.atleast_1d(grid).ravel()
+    for axes, diagram in zip(panels, diagrams, strict=False):
+        draw_panel(axes, diagram, named.get(diagram.scene.compression, ()))
+        axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
+    for axes in panels[len(diagrams) :]:
+        axes.set_visible(False)
+    there = [
+        n
+        for n in diagrams[0].outcomes
+        if any(np.nansum(d.shares[..., d.outcomes.index(n)]) > 0 for d in diagrams)
+    ]
+    handles: list[Any] = [Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there]
+    handles += [
+        Line2D([], [], marker="o", ls="", ms=4, mfc="white", mec="black", label="mixed cell"),
+        Line2D([], [], marker=".", ls="", color="black", label="change, to 1 %"),
+        Line2D([], [], color="black", lw=2.6, alpha=0.45, label="band of both"),
+    ]
+    if any(len(curve) for d in diagrams for curve in d.predicted.values()):
+        handles.append(
+            Line2D([], [], color="black", ls="--", lw=1.1, label="delay reaches $\\alpha_{c2}$ (no run)")
+        )
+    if any(named.get(d.scene.compression) for d in diagrams):
+        handles.append(
+            Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
+        )
+    fig.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), fontsize=7.5)
+    return fig
+
+
+def draw_differences(paper: Sequence[Diagram], ours: Sequence[Diagram]) -> Any:
+    """The paper's setting, the same mesh with small errors in time, and the cells whose outcome differs."""
+    fig, grid = figure(3, len(paper), width=3.5, height=3.1)
+    for row, (one, two) in zip(np.atleast_2d(grid), zip(paper, ours, strict=True), strict=True):
+        for axes, diagram, what in ((row[0], one, "implicit Euler, 1 ms"), (row[1], two, "TR-BDF2, shares")):
+            draw_panel(axes, diagram)
+            axes.set_title(f"{label(diagram)}: {what}", fontsize=7.5)
+        x, y = _edges(one.rates), _edges(one.dampings)
+        row[2].pcolormesh(x, y, doubtful(one, two), vmin=0.0, vmax=1.0, cmap="magma_r")
+        row[2].set(xscale="log", yscale="log", title="share of runs that end otherwise")
+        for axes in row:
+            axes.set(xlabel=r"$\dot\alpha$ (rad/s)", ylabel=r"$\nu$ (1/s)")
+    return fig
+
+
+def doubtful(paper: Diagram, ours: Diagram) -> Any:
+    """(m, n) the share of our runs in a cell that end otherwise than the paper's run at its centre."""
+    index = {name: k for k, name in enumerate(ours.outcomes)}
+    found = np.full(ours.shares.shape[:2], np.nan)
+    for j in range(len(ours.dampings)):
+        for i in range(len(ours.rates)):
+            name = str(paper.outcome[j, i])
+            if name in index:
+                found[j, i] = 1.0 - float(ours.shares[j, i, index[name]])
+    return found

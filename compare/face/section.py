@@ -1,0 +1,57 @@
+"""What a question shows: words, tables, drawings, and its numbers for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of numbers and words; `formats` has a format specification for each column of numbers."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    formats: Sequence[str]
+    note: str = ""
+
+    def cells(self) -> list[list[str]]:
+        """The rows as text; a missing number is a dash."""
+
+        def text(value: Any, spec: str) -> str:
+            if value is None or (isinstance(value, float) and value != value):
+                return "–"
+            return str(value) if isinstance(value, str) else format(value, spec)
+
+        return [[text(v, s) for v, s in zip(row, self.formats, strict=True)] for row in self.rows]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A matplotlib figure, the name of its file (a PNG) and what it shows."""
+
+    file: str
+    caption: str
+    figure: Any
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG file in the report's folder and what it shows."""
+
+    file: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a question found: words, tables, pictures, and its numbers for programs."""
+
+    name: str
+    title: str
+    text: Sequence[str]
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
+    values: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,69 @@
+"""Where the time of the rods goes: their kernels, called one by one from compiled-code wrappers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.scene import Scene
+
+from . import kernels
+from .problem import Statics
+from .rod import Rod
+from .states import start_state
+
+
+def start(scene: Scene, nodes: int) -> Callable[[], Any]:
+    """The static start of a scene, as a call to be timed."""
+    rod = Rod(scene, nodes)
+    return lambda: start_state(rod)
+
+
+def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:
+    """The kernels of a Newton iteration about a scene's start, as calls to be timed; each has been called."""
+    rod = Rod(scene, nodes)
+    state = start_state(rod)
+    problem = Statics(rod)
+    tangent, inverse = problem.edges(state.x)
+    gradient, energies = np.zeros(4 * nodes), np.zeros(3)
+    hessian = np.zeros((4 * nodes + kernels.WIDTH, kernels.WIDTH + 1))
+    first, last = rod.free.start, rod.free.stop
+    m1, twist, turn = state.m1.copy(), state.twist.copy(), np.zeros(nodes)
+    shifted = problem.assemble(state)[2]
+    shifted[: 4 * nodes, 0] += 1e6 * rod.inertia
+    factors, right = shifted.copy(), np.zeros(4 * nodes + kernels.WIDTH)
+
+    def assemble(second: bool) -> None:
+        kernels.assemble(
+            tangent,
+            inverse,
+            m1,
+            twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            gradient,
+            hessian,
+            energies,
+            second,
+            nodes,
+        )
+
+    def factor() -> None:
+        factors[:] = shifted
+        kernels.factor(factors, first, last)
+
+    calls: dict[str, Callable[[], Any]] = {
+        "edges": lambda: kernels.edges(state.x, tangent, inverse),
+        "frames": lambda: kernels.carry(tangent, state.m1, state.twist, tangent, turn, m1, twist),
+        "forces": lambda: assemble(False),
+        "forces and Hessian": lambda: assemble(True),
+        "copy": lambda: factors.__setitem__(slice(None), shifted),
+        "copy and factorisation": factor,
+        "solve": lambda: kernels.solve(factors, first, last, right),
+    }
+    for call in calls.values():
+        call()
+    return calls

@@ -1,0 +1,174 @@
+"""The rod at rest by name: its states, their passes, and the static bound on type 1 skipping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ribbonfem.continuation import Point, at_parameter, first_point, trace
+from ribbonfem.continuation.curves import ramp_folds
+from ribbonfem.policy import verb
+from ribbonfem.results import Array, RestState, SolverError
+from ribbonfem.scene import Scene, SceneError
+
+from . import states
+from .problem import Statics, default_steps
+from .rod import Rod, RodState
+
+
+def _profiles(rod: Rod, state: RodState) -> dict[str, Array]:
+    """Arclength of the inner nodes, and kappa1, kappa2 and tau (1/L) there.
+
+    kappa1 and kappa2: the curvature binormal along the means of m1 and m2 of the two edges.
+    tau: the angle of the frame against the one carried over by parallel transport.
+    """
+    edge = np.diff(state.x, axis=0)
+    tangent = edge / np.linalg.norm(edge, axis=1)[:, None]
+    before, after = tangent[:-1], tangent[1:]
+    cosine = np.sum(before * after, axis=1)[:, None]
+    axis = np.cross(before, after)
+    binormal = 2.0 * axis / (1.0 + cosine) / rod.rest
+    m1 = state.m1
+    m2 = np.cross(tangent, m1)
+    kappa1 = 0.5 * np.sum(binormal * (m1[:-1] + m1[1:]), axis=1)
+    kappa2 = 0.5 * np.sum(binormal * (m2[:-1] + m2[1:]), axis=1)
+    along = np.sum(axis * m1[:-1], axis=1)[:, None]
+    carried = m1[:-1] * cosine + np.cross(axis, m1[:-1]) + axis * along / (1.0 + cosine)
+    sine = np.sum(np.cross(carried, m1[1:]) * after, axis=1)
+    tau = np.arctan2(sine, np.sum(carried * m1[1:], axis=1)) / rod.rest
+    return {"points": np.array(rod.arclength[1:-1]), "kappa1": kappa1, "kappa2": kappa2, "tau": tau}
+
+
+def _directors(state: RodState) -> Array:
+    """Rows m1, m2, m3 (N, 3, 3) at the nodes: means of the two edges' frames; an end has its edge's."""
+    edge = np.diff(state.x, axis=0)
+    tangent = edge / np.linalg.norm(edge, axis=1)[:, None]
+    frames = np.stack((state.m1, np.cross(tangent, state.m1), tangent), axis=1)
+    joined = np.concatenate((frames[:1], 0.5 * (frames[:-1] + frames[1:]), frames[-1:]))
+    # the nearest rotation of a mean of two that are close
+    u, _, v = np.linalg.svd(joined)
+    return np.asarray(u @ v)
+
+
+def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Scene) -> RestState:
+    rod = problem.rod
+    height, slope, _ = problem.observe(state, angle)
+    gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)[:, :3]
+    return RestState(
+        name=states.name(rod, state),
+        angle=float(angle),
+        height=height,
+        slope=slope,
+        force=gradient[-2:].sum(axis=0),
+        energy=problem.energy(state),
+        index=index,
+        s=np.array(rod.arclength),
+        positions=state.x.copy(),
+        directors=_directors(state),
+        scene=scene,
+        **_profiles(rod, state),
+    )
+
+
+@verb
+def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestState:
+    """The scene's start state at alpha = 0: stable.
+
+    Parameters
+    ----------
+    scene: planar or sheared.
+    nodes, clamp: the discretisation, as in `der.folds`.
+
+    Returns
+    -------
+    `RestState`; of the centred clamp the end nodes lie half an edge beyond the clamps, s = 0 and 1.
+    Curvatures and twist are those at the inner nodes.
+
+    Raises
+    ------
+    SceneError
+        If the start is not a stable equilibrium; the message names those that are.
+    PolicyError, SolverError
+        For a policy value that cannot be, a pre-deformation that fails.
+    """
+    rod = Rod(scene, nodes, clamp)
+    return _rest(Statics(rod), states.start_state(rod), 0.0, 0, scene)
+
+
+@verb
+def stable_states(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> tuple[str, ...]:
+    """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
+
+    Of those that shearing from the planar state reaches.  Parameters and errors as in `state`.
+    """
+    scene.require_isolated()
+    return tuple(sorted(states.stable_states(Rod(scene, nodes, clamp))))
+
+
+def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, Point[RodState]]:
+    """The saddle between U+S- and U- at an angle: it lies on the sheet that U+S- meets at its fold."""
+    rod = Rod(replace(scene, start="U+S-", rate=1.0, stop=None), nodes, clamp)
+    problem, steps = Statics(rod), default_steps(rod)
+    passed, fold = False, "it has no fold"
+    begin = first_point(problem, states.start_state(rod), 0.0, 1.0)
+    for segment in trace(problem, begin, (-2.0 * np.pi, 2.0 * np.pi), steps):
+        near, after = segment.start, 0.0
+        for event in segment.events:
+            if event.kind == "fold" and not passed:
+                passed, near, after = True, event.point, event.point.step
+                fold = f"its fold is at {event.point.parameter:.6g}"
+                if event.point.parameter < angle:
+                    raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+        if passed and (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
+            found = at_parameter(problem, segment, angle, steps, after)
+            if found.index == 1:
+                return problem, found
+            break
+    raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+
+
+@verb
+def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centred") -> RestState:
+    """The saddle between U+S- and U- at an angle: the lowest pass from the one to the other.
+
+    It has one unstable direction.
+
+    Parameters
+    ----------
+    scene: a sheared one; its `start` does not count.
+    angle: alpha in rad, below that of the fold of U+S-.
+    nodes, clamp: as in `state`.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        As in `state`.
+    SolverError
+        If there is no such saddle at the angle.
+    """
+    if scene.planar:
+        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
+    problem, point = _pass(scene, angle, nodes, clamp)
+    return _rest(problem, point.state, angle, 1, scene)
+
+
+@verb
+def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
+    """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
+
+    Where it is negative a ribbon that leaves the fold at rest cannot pass the saddle, so that
+    U+S- is not skipped for its energy alone ("type 1" in the paper's section 7).
+
+    Parameters and errors as in `saddle`.
+    """
+    if scene.planar:
+        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
+    rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None), nodes, clamp)
+    problem = Statics(rod)
+    found = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    top = found[0].point
+    there, point = _pass(scene, top.parameter, nodes, clamp)
+    return problem.energy(top.state) - there.energy(point.state)

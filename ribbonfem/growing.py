@@ -1,0 +1,64 @@
+"""Rows of a motion in blocks that grow in place: a long motion needs no more memory than its rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .policy import MOST_STEPS, half_of_memory
+from .results import Array
+
+
+class Growing:
+    """Arrays with one row an instant, and the same number of rows in all.
+
+    They are reallocated as they grow, which moves pages and copies nothing where the system can,
+    and never hold more than a tenth, or a chunk, beyond what was written.
+
+    Parameters
+    ----------
+    shapes: of one row of each array.
+    chunk: bytes by which they grow at least.
+
+    Attributes
+    ----------
+    count: rows that were written.
+    """
+
+    def __init__(self, *shapes: tuple[int, ...], chunk: int = 4_000_000) -> None:
+        self._arrays = [np.empty((0, *shape)) for shape in shapes]
+        self._row = 8 * sum(int(np.prod(shape)) for shape in shapes)
+        self._chunk = chunk
+        self.count = 0
+
+    @property
+    def full(self) -> str:
+        """Why no more rows may be written, a sentence; empty if they may."""
+        needed, most = 1.1 * self.count * self._row, half_of_memory()
+        if needed > most:
+            return f"its {self.count} rows of {self._row} bytes fill half of the memory"
+        return f"it has taken {self.count} steps" if self.count > MOST_STEPS else ""
+
+    def reserve(self) -> list[Array]:
+        """Room behind the rows that were written: views, one of each array, that the next call ends."""
+        more = max(self._chunk // max(self._row, 1), self.count // 10, 64)
+        self._resize(self.count + more)
+        return [array[self.count :] for array in self._arrays]
+
+    def append(self, *rows: Array) -> None:
+        """Write rows, as many to each array."""
+        count = self.count + len(rows[0])
+        if count > len(self._arrays[0]):
+            self._resize(count + max(self._chunk // max(self._row, 1), count // 10))
+        for array, new in zip(self._arrays, rows, strict=True):
+            array[self.count : count] = new
+        self.count = count
+
+    def taken(self) -> list[Array]:
+        """The rows, without what was reserved behind them."""
+        self._resize(self.count)
+        return self._arrays
+
+    def _resize(self, rows: int) -> None:
+        for array in self._arrays:
+            # no view of it is used any more: see `reserve`
+            array.resize((rows, *array.shape[1:]), refcheck=False)

@@ -1,0 +1,21 @@
+"""What the Kirchhoff rod declares of itself."""
+
+from __future__ import annotations
+
+from ribbonfem.declared import Declared
+from ribbonfem.stepping.newmark import ADAPTIVE, ORDERS
+
+DECLARED = Declared(
+    name="kirchhoff",
+    mesh="elements",
+    least=4,
+    planar=False,
+    methods=ORDERS,
+    adaptive=ADAPTIVE,
+    # five Gauss points an element: 2 p = 10
+    order=lambda policy: 10.0,
+    size=lambda policy: 1.0 / policy["elements"],
+    at_rest=lambda elements: 15 * elements,
+    # positions, rotations and forces, of the five nodes and points of an element
+    in_motion=lambda elements: 45 * elements - 6,
+)

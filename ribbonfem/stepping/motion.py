@@ -1,0 +1,65 @@
+"""A motion of a beam, as the time loop hands it back, and as the `History` that it becomes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ribbonfem.results import Array, History, SolverError
+from ribbonfem.scene import Scene
+from ribbonfem.values import handed_over
+
+ENERGIES = ("kinetic", "elastic", "dissipated", "work")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the time loop hands back, one row an accepted step, in t* and the beam's own units.
+
+    Attributes
+    ----------
+    rows: (rows, 8) time, angle, height, kinetic, elastic, dissipated, work, load.
+    slope: (rows,), and positions: (rows, nodes, 3) in L, as `integrate` was told to observe them.
+    stats: as in `History`.
+    problem: why the end was not reached, a sentence; empty if it was.
+    """
+
+    rows: Array
+    slope: Array
+    positions: Array
+    stats: dict[str, float]
+    problem: str
+
+    def as_history(
+        self, scene: Scene, policy: Mapping[str, Any], *, model: str, length: float = 1.0
+    ) -> History:
+        """The motion in the units of `History`; `length` is the beam's own unit of height, in L.
+
+        Raises
+        ------
+        SolverError
+            If the end was not reached; its `history` is what was.
+        """
+        units = (scene.ribbon.inertial_time, 1.0, length, *(length**2,) * 4, 1.0)
+        for column, unit in enumerate(units):
+            self.rows[:, column] *= unit
+        whole, slope, positions = map(handed_over, (self.rows, self.slope, self.positions))
+        time, angle, height, *energies, load = whole.T
+        history = History(
+            time=time,
+            angle=angle,
+            height=height,
+            slope=slope,
+            energies=dict(zip(ENERGIES, energies, strict=True)),
+            configurations={"positions": positions},
+            load=load,
+            stats=self.stats,
+            scene=scene,
+            policy=policy,
+            model=model,
+        )
+        if self.problem:
+            where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
+            raise SolverError(f"{model}: stopped at {where}: {self.problem}", history)
+        return history

@@ -1,0 +1,151 @@
+"""Results are values: equal and hashed by content, read-only throughout, shown in a few lines."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class Frozen(dict[K, V]):
+    """A mapping that keeps what it was made with: a value, as the arrays and numbers in it are."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("the mappings of a result are read-only: copy it, dict(...), to change it")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Frozen, (dict(self),)
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset((name, _key(value)) for name, value in self.items()))
+
+
+def _unwritten(array: Any) -> Any:
+    """An array that nobody can write to: itself, if that holds all through its memory, or a copy."""
+    owner = array
+    while isinstance(owner, np.ndarray):
+        if owner.flags.writeable:
+            array = array.copy()
+            array.flags.writeable = False
+            break
+        owner = owner.base
+    return array
+
+
+def handed_over(array: Any) -> Any:
+    """An array whose maker keeps no hold of it: read-only in place, so that no result need copy it."""
+    owner = array
+    while isinstance(owner, np.ndarray):
+        owner.flags.writeable = False
+        owner = owner.base
+    return array
+
+
+def _frozen(value: Any) -> Any:
+    """A field of a result, read-only: arrays, and mappings and sequences of them all through."""
+    if isinstance(value, np.ndarray):
+        return _unwritten(value)
+    if isinstance(value, Mapping):
+        return Frozen({name: _frozen(item) for name, item in value.items()})
+    if type(value) in (list, tuple):
+        return tuple(_frozen(item) for item in value)
+    return value
+
+
+def _handed(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return handed_over(value)
+    if isinstance(value, Mapping):
+        return {name: _handed(item) for name, item in value.items()}
+    return value
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two fields have the same content; what is not a number is the same as itself."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        if not (isinstance(a, np.ndarray) and isinstance(b, np.ndarray)) or a.shape != b.shape:
+            return False
+        return bool(np.array_equal(a, b, equal_nan=a.dtype.kind == b.dtype.kind == "f"))
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(_same(a[name], b[name]) for name in a)
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(_same, a, b))
+    return bool(a == b) or (a != a and b != b)
+
+
+def _key(value: Any) -> Any:
+    """Something to hash that is the same for fields of the same content."""
+    if isinstance(value, np.ndarray):
+        # the ends tell results apart well enough, and a hash need not read hundreds of megabytes
+        ends = np.concatenate((value.ravel()[:16], value.ravel()[-16:])).tolist()
+        return value.shape, tuple(_key(item) for item in ends)
+    if isinstance(value, Mapping):
+        return frozenset((name, _key(item)) for name, item in value.items())
+    if isinstance(value, (tuple, list)):
+        return tuple(_key(item) for item in value)
+    return "nan" if value != value else value
+
+
+class Value:
+    """What the frozen results have in common: equal and hashed by content, and read-only throughout.
+
+    For dataclasses made with ``frozen=True, eq=False``.  The time that a computation took, `seconds` or
+    ``stats["seconds"]``, is not its content.
+    """
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            object.__setattr__(self, item.name, _frozen(getattr(self, item.name)))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # from a pickle: nobody else holds these arrays
+        for name, value in state.items():
+            object.__setattr__(self, name, _frozen(_handed(value)))
+
+    def _content(self) -> dict[str, Any]:
+        content = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        content.pop("seconds", None)
+        if isinstance(content.get("stats"), Mapping):
+            content["stats"] = {name: v for name, v in content["stats"].items() if name != "seconds"}
+        return content
+
+    def __eq__(self, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return self is other or _same(self._content(), other._content())
+
+    def __hash__(self) -> int:
+        return hash((self.__class__.__name__, _key(self._content())))
+
+
+def html_table(caption: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table for a notebook."""
+
+    def cells(tag: str, values: Iterable[Any]) -> str:
+        texts = (f"{v:.6g}" if isinstance(v, float) else str(v) for v in values)
+        return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts)
+
+    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
+    return (
+        f"<table><caption>{html.escape(caption)}</caption><thead><tr>{cells('th', columns)}</tr></thead>"
+        f"<tbody>{body}</tbody></table>"
+    )
+
+
+def some_rows(count: int, most: int = 12) -> list[int]:
+    """Numbers of rows that show a table of `count` of them."""
+    return sorted({round(k) for k in np.linspace(0, count - 1, min(count, most))}) if count else []
+
+
+def short_policy(policy: Mapping[str, Any]) -> str:
+    """A policy on one line: what was given, and not what is None."""
+    return ", ".join(f"{name}={value!r}" for name, value in policy.items() if value is not None)

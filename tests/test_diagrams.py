@@ -1,0 +1,236 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import compare
+from compare.archive import from_bytes, to_bytes
+from compare.diagrams import Sample, runs, sampling, selection_diagram, skipping_diagram, threshold
+from compare.diagrams.edges import Line, search
+from compare.diagrams.sheet import both
+from compare.sweep import Sweep
+from ribbonfem import Scene, SceneError, SolverError
+from ribbonfem.policy import PolicyError
+
+RATES, DAMPINGS = (0.05, 1.0, 3), (0.5, 30.0, 3)
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    with Sweep(processes=1) as sweep:
+        return skipping_diagram(0.40, 0.40, RATES, DAMPINGS, nodes=31, samples=8, sweep=sweep)
+
+
+def test_cells_lie_where_they_should(diagram):
+    assert np.allclose(diagram.rates, 0.05 * 20.0 ** (np.arange(3) / 2))
+    assert np.allclose(diagram.dampings, 0.5 * 60.0 ** (np.arange(3) / 2))
+    half = 0.5 * np.log(20.0) / 2
+    inside = [min(abs(math.log(s.rate / r)) for r in diagram.rates) for s in diagram.samples]
+    assert max(inside) <= half * (1 + 1e-12)
+    assert max(inside) > 0.5 * half
+
+
+def test_shares_are_of_the_runs_that_ended(diagram):
+    assert diagram.shares.shape == (3, 3, len(diagram.outcomes))
+    assert np.allclose(diagram.shares.sum(axis=2), 1.0)
+    assert set(np.unique(diagram.runs)) <= {3, 8}
+    assert diagram.runs.sum() == len(diagram.samples) - len(diagram.failed)
+    for j, i in np.ndindex(3, 3):
+        if diagram.outcome[j, i] in diagram.outcomes:
+            assert diagram.shares[j, i].max() == 1.0
+        else:
+            assert diagram.outcome[j, i] in ("cut", "mixed")
+            assert diagram.runs[j, i] == 8
+
+
+def test_what_is_sure_is_what_the_paper_says(diagram):
+    # slow and overdamped: no skip; fast: type 2
+    assert diagram.outcome[2, 0] == "no skip"
+    assert diagram.outcome[2, 2] == "type 2"
+    assert diagram.outcome[1, 0] == "no skip"
+
+
+def test_boundaries_are_changes(diagram):
+    assert diagram.boundaries
+    base = runs.ground(diagram.scene, "der", {"nodes": 31})
+    for b in diagram.boundaries:
+        assert b.low <= b.value <= b.high or b.low == b.high == b.value
+        if b.band or b.below == b.above:
+            continue
+        assert b.doubt <= 0.01 * b.value
+        for value, name in ((b.value - 2 * b.doubt, b.below), (b.value + 2 * b.doubt, b.above)):
+            place = (value, b.other) if b.along == "rate" else (b.other, value)
+            assert runs.run_of(base, *place).outcome == name
+
+
+def test_a_diagram_is_a_value(diagram):
+    again = from_bytes(to_bytes(diagram))
+    assert again == diagram
+    assert hash(again) == hash(diagram)
+    assert len(repr(diagram).splitlines()) <= 3
+    rows = diagram.to_csv().splitlines()
+    assert rows[0].startswith("rate,damping,outcome,share")
+    assert len(rows) == 1 + 9 * len(diagram.outcomes)
+    with pytest.raises(ValueError, match="read-only"):
+        diagram.shares[0, 0, 0] = 2.0
+
+
+def test_a_resumed_diagram_is_the_same_and_the_centre_is_a_sample(tmp_path):
+    policy = {"nodes": 31, "samples": 1, "boundaries": False}
+    with Sweep(folder=tmp_path, processes=1) as sweep:
+        one = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **policy)
+    files = sorted(tmp_path.rglob("*.result"))
+    assert len(files) == 4
+    files[0].write_bytes(b"spoilt")
+    files[1].unlink()
+    with Sweep(folder=tmp_path, processes=2) as sweep:
+        two = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **policy)
+    assert to_bytes(one) == to_bytes(two)
+    assert {(s.rate, s.damping) for s in one.samples} == {(r, d) for r in one.rates for d in one.dampings}
+
+
+def test_selection_ends_in_shapes_that_exist():
+    with Sweep(processes=1) as sweep:
+        found = selection_diagram(
+            0.40, 0.40, 0.36, (0.1, 1.0, 2), (10.0, 30.0, 2), nodes=31, samples=1, sweep=sweep
+        )
+    assert found.outcomes == ("U+S+", "U+S-", "U-S+", "U-S-")
+    # alpha_c1 lies before the stop: U+S+ is no shape to come to rest in
+    assert set(found.outcome.ravel()) == {"U+S-"}
+
+
+def test_a_run_that_fails_is_recorded(monkeypatch):
+    base = runs.ground(Scene(compression=0.40, shear=0.40), "der", {"nodes": 31})
+
+    class Broken:
+        @staticmethod
+        def simulate(*_, **__):
+            raise SolverError("it stopped")
+
+    monkeypatch.setitem(runs.MODELS, "der", Broken)
+    sample = runs.run_of(base, 0.1, 1.0)
+    assert (sample.outcome, sample.reason) == ("", "it stopped")
+    assert math.isnan(sampling.half_interval(0, 0))
+    assert sampling.name_of_cell([sample], True) == ""
+
+
+def made_up(outcomes, points):
+    return [
+        Sample(math.exp(x), math.exp(y), name, None, None, "")
+        for name, (x, y) in zip(outcomes, points, strict=True)
+    ]
+
+
+def test_names_of_cells():
+    square = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
+    assert sampling.name_of_cell(made_up("aaaa", square), True) == "a"
+    assert sampling.name_of_cell(made_up("aaab", square), True) == "cut"
+    # exclusive or: no line separates it
+    assert sampling.name_of_cell(made_up("abba", square), True) == "mixed"
+    assert sampling.name_of_cell(made_up("abba", square), False) == "cut"
+    assert sampling.name_of_cell(made_up("aabc", square), True) == "mixed"
+
+
+def test_rounds_depend_on_whole_earlier_rounds_alone():
+    assert sampling.rounds_up_to(1) == [1]
+    assert sampling.rounds_up_to(3) == [3]
+    assert sampling.rounds_up_to(24) == [3, 8, 16, 24]
+    assert sampling.rounds_up_to(100) == [3, 8, 16, 32, 64, 100]
+    a, b = made_up("aaa", [(0, 0)] * 3), made_up("bbb", [(0, 0)] * 3)
+    mixed = made_up("aab", [(0, 0)] * 3)
+    assert sampling.unsure([[a, a], [a, a]], True) == []
+    assert sampling.unsure([[a, b], [a, a]], True) == [(0, 0), (0, 1), (1, 1)]
+    assert sampling.unsure([[a, b], [mixed, a]], False) == [(1, 0)]
+    points = [sampling.cell_points((1.0, 1.0), (0.2, 0.2), n, (0, 1, 2)) for n in (8, 24)]
+    assert points[0] == points[1][:8]
+
+
+def test_intervals_are_wilsons():
+    assert sampling.half_interval(15, 24) == pytest.approx(0.18, abs=0.01)
+    low = 1.0 - 2.0 * sampling.half_interval(3, 3)
+    assert low == pytest.approx(1.0 / (1.0 + 1.959964**2 / 3.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("truth", "band"), [(lambda x: x > 0.3, False), (lambda x: x > 0.31 or 0.28 < x < 0.3, True)]
+)
+def test_lines_find_points_and_bands(truth, band):
+    line = Line((0.1, 1.0), 0.01, {})
+
+    def run(work):
+        return ["yes" if truth(value) else "no" for _, value in work]
+
+    search([line], run)
+    ((value, doubt, low, high, below, above),) = line.found()
+    assert (below, above) == ("no", "yes")
+    assert (high > low) == band
+    assert abs(value - 0.3) <= (0.02 if band else doubt)
+    assert band or doubt <= 0.01 * value
+
+
+def test_threshold_of_type_2_in_the_limit_of_the_mesh():
+    scene = Scene(compression=0.40, shear=0.40, damping=10.0)
+    with Sweep(processes=1) as sweep:
+        found = threshold(scene, "type 2", "rate", (0.3, 1.0), 0.02, sweep=sweep)
+        # N = 51, 101, 201 give .4995, .507, .5087
+        assert found.value == pytest.approx(0.5093, abs=found.doubt + 5e-4)
+        assert found.doubt <= 0.02 * found.value
+        assert (found.below, found.above) == ("no skip", "type 2")
+        with pytest.raises(SolverError, match="'no skip' and 'no skip'"):
+            threshold(scene, "type 2", "rate", (0.1, 0.2), nodes=31, sweep=sweep)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: skipping_diagram(0.4, 0.4, rates=(1.0, 0.1, 3)), "rates"),
+        (lambda: skipping_diagram(0.4, 0.4, rates=(0.1, 1.0)), "rates"),
+        (lambda: skipping_diagram(0.4, 0.4, rates=3), "rates"),
+        (lambda: skipping_diagram(0.4, 0.4, dampings=(0.1, 1.0, 1)), r"dampings\[2\]"),
+        (lambda: skipping_diagram(0.4, 0.4, samples=0), "samples"),
+        (lambda: skipping_diagram(0.4, 0.4, seed=-1), "seed"),
+        (lambda: skipping_diagram(0.4, 0.4, model="elastica"), "model"),
+        (lambda: skipping_diagram(0.4, 0.4, boundaries=1), "boundaries"),
+        (lambda: skipping_diagram(0.4, 0.4, nodes=3), "nodes"),
+        (lambda: threshold(Scene(), between=(2.0, 1.0)), "between"),
+        (lambda: threshold(Scene(), vary="width"), "vary"),
+        (lambda: threshold(Scene(), "type 3"), "outcome"),
+        (lambda: threshold(Scene(), "U+S-"), "Scene.stop"),
+        (lambda: threshold(replace(Scene(), start="U+S-")), "Scene.start"),
+    ],
+)
+def test_what_cannot_be_is_named(call, named):
+    with pytest.raises((PolicyError, SceneError), match=named):
+        call()
+
+
+def test_public_names():
+    for name in ("skipping_diagram", "selection_diagram", "threshold", "save", "load", "choose"):
+        assert name in dir(compare)
+        assert callable(getattr(compare, name))
+
+
+@pytest.mark.slow
+def test_shares_do_not_depend_on_mesh_tolerance_or_model():
+    """Three cells of mixed outcomes, 200 runs each: shares within 0.12 of each other."""
+    with Sweep() as sweep:
+        for rate, damping in ((0.01, 0.1), (0.03, 0.3), (0.05, 0.6)):
+            shares = []
+            for policy in ({"nodes": 51}, {"nodes": 101}, {"nodes": 51, "tolerance": 1e-5}):
+                found = skipping_diagram(
+                    0.40,
+                    0.40,
+                    (rate * 10**-0.05, rate * 10**0.05, 2),
+                    (damping * 10**-0.05, damping * 10**0.05, 2),
+                    samples=50,
+                    boundaries=False,
+                    sweep=sweep,
+                    **policy,
+                )
+                shares.append(np.array(found.shares).mean(axis=(0, 1)))
+            assert np.ptp(shares, axis=0).max() < 0.12, (rate, damping, shares)
+
+
+def test_models_side_by_side(diagram):
+    assert not both({"one": diagram, "two": diagram}).any()

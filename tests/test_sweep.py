@@ -1,0 +1,238 @@
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare import archive
+from compare.archive import ArchiveError, from_bytes, to_bytes
+from compare.sweep import Failure, Sweep, SweepError, Task
+from compare.sweep.store import Store
+from ribbonfem import Fold, Ribbon, Scene
+
+ROOT = Path(__file__).parents[1]
+# many short runs of a real model, in a process that a test can kill
+SCRIPT = """
+    import sys
+    from compare.sweep import Sweep
+    from ribbonfem import Scene, quasilinear
+
+    scenes = [Scene(compression=0.01 + 0.01 * k, shear=0.0, start="U+") for k in range(40)]
+    with Sweep(folder=sys.argv[1], processes=int(sys.argv[2])) as sweep:
+        found = sweep("folds", quasilinear.folds, scenes)
+    print(sum(fold.angle for (fold,) in found).hex(), flush=True)
+"""
+
+
+def start(folder, processes, script=SCRIPT, **more):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(script), str(folder), str(processes)],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **more,
+    )
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).rglob("*.result")}
+
+
+def children(pid):
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            if int((path / "stat").read_text().rpartition(")")[2].split()[1]) == pid:
+                found.append(int(path.name))
+        except OSError:
+            continue
+    return found
+
+
+def alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"a": (1, 2.5, float("nan"), float("-inf"), None, True, "ü"), 3: [np.float64(0.1), np.int64(2)]},
+        Scene(compression=0.3, shear=-0.1, start="U-S+", rate=-0.2, ribbon=Ribbon(thickness=0.004)),
+        (Fold(0.1, 0.2, 0.3), Failure("why")),
+        {"x": np.arange(6.0).reshape(2, 3), "y": np.array([True, False]), "z": np.zeros((0, 3))},
+    ],
+)
+def test_an_archive_gives_back_what_it_was_given(value):
+    data = to_bytes(value)
+    again = from_bytes(data)
+    assert to_bytes(again) == data
+    if not isinstance(value, dict):
+        assert again == value
+
+
+def test_spoilt_archives_are_told(tmp_path):
+    rng = random.Random(1)
+    data = to_bytes({"x": np.arange(100.0), "scene": Scene()})
+    for _ in range(200):
+        spoilt = bytearray(data[: rng.randrange(len(data))])
+        with pytest.raises(ArchiveError):
+            from_bytes(bytes(spoilt))
+    for junk in (b"", b"{}", os.urandom(500), to_bytes([1])[:-1]):
+        path = tmp_path / "junk"
+        path.write_bytes(junk)
+        with pytest.raises(ArchiveError, match="junk"):
+            archive.load(path)
+
+
+def test_no_foreign_object_comes_out_of_an_archive():
+    for name in ("os:system", "subprocess:Popen", "compare.archive:write_whole", "builtins:dict"):
+        with pytest.raises(ArchiveError):
+            archive.decode({"!": "record", "type": name, "value": {}})
+    with pytest.raises(ArchiveError, match="cannot be kept"):
+        to_bytes(object())
+
+
+def test_results_come_in_the_order_of_the_items():
+    with Sweep(processes=2) as sweep:
+        # the dearest first, whatever the order of the items
+        assert sweep("roots", math.sqrt, [4.0, 9.0, 16.0], cost=lambda x: x) == [2.0, 3.0, 4.0]
+    with ThreadPoolExecutor(2) as threads, Sweep(executor=threads) as sweep:
+        assert sweep("roots", math.sqrt, range(50)) == [math.sqrt(k) for k in range(50)]
+
+
+def test_failures_are_recorded_or_end_the_sweep(tmp_path):
+    for processes in (1, 2):
+        with Sweep(folder=tmp_path / str(processes), processes=processes) as sweep:
+            found = sweep("roots", math.sqrt, [4.0, -1.0], failures=(ValueError,))
+            assert found[0] == 2.0
+            assert isinstance(found[1], Failure)
+            assert "domain" in found[1].reason or "nonnegative" in found[1].reason
+            with pytest.raises(ValueError, match=r"domain|nonnegative"):
+                sweep("roots", math.sqrt, [-2.0, -3.0])
+
+
+def test_keys_tell_functions_arguments_and_types_apart():
+    keys = {
+        Task(f, x).key
+        for f in (math.sqrt, math.exp)
+        for x in (1, 1.0, "1", (1,), [1], None, True, 1.0 + 2**-52)
+    }
+    assert len(keys) == 16
+    assert Task(math.sqrt, 1.0, 5.0).key == Task(math.sqrt, 1.0).key
+
+
+def test_finished_tasks_are_not_done_again(tmp_path):
+    with Sweep(folder=tmp_path, processes=1) as sweep:
+        sweep("wait", time.sleep, [0.05, 0.06, 0.07])
+        began = time.perf_counter()
+        sweep("wait", time.sleep, [0.05, 0.06, 0.07])
+        assert time.perf_counter() - began < 0.04
+
+
+def test_a_file_cut_short_spoilt_or_of_another_task_is_not_believed(tmp_path):
+    with Sweep(folder=tmp_path, processes=1) as sweep:
+        sweep("roots", math.sqrt, [4.0, 9.0, 16.0, 25.0])
+        files = sorted(tmp_path.rglob("*.result"))
+        files[0].write_bytes(files[0].read_bytes()[:20])
+        files[1].write_bytes(b"\x00" * 300)
+        files[2].write_bytes(files[3].read_bytes())
+        assert sweep("roots", math.sqrt, [4.0, 9.0, 16.0, 25.0]) == [2.0, 3.0, 4.0, 5.0]
+
+
+def test_a_worker_killed_is_replaced_and_a_sweep_that_kills_all_gives_up(tmp_path):
+    process = start(tmp_path, 2, "import time\n" + textwrap.dedent(SCRIPT))
+    killed = 0
+    while process.poll() is None and not killed:
+        for pid in children(process.pid):
+            if len(content(tmp_path)) >= 3 and b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                os.kill(pid, signal.SIGKILL)
+                killed = pid
+                break
+        time.sleep(0.005)
+    err = process.communicate()[1]
+    assert process.returncode == 0, err
+    assert len(content(tmp_path)) == 40
+    with Sweep(processes=2) as sweep, pytest.raises(SweepError, match="workers were lost"):
+        sweep("end", os._exit, [3, 4, 5])
+
+
+@pytest.mark.parametrize(
+    ("processes", "kills"), [(1, 2), (2, 3), pytest.param(2, 50, marks=pytest.mark.slow)]
+)
+def test_kills_lose_nothing_and_the_resumed_sweep_is_the_uninterrupted_one(tmp_path, processes, kills):
+    whole = start(tmp_path / "whole", 1)
+    expected = whole.communicate()[0]
+    rng, kept = random.Random(processes), {}
+    for _ in range(kills):
+        process = start(tmp_path / "killed", processes)
+        while process.poll() is None and len(content(tmp_path / "killed")) == len(kept):
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 0.02))
+        workers = children(process.pid)
+        process.kill()
+        process.communicate()
+        now = content(tmp_path / "killed")
+        assert kept.items() <= now.items()
+        kept = now
+        limit = time.monotonic() + 10.0
+        while any(map(alive, workers)) and time.monotonic() < limit:
+            time.sleep(0.05)
+        assert not any(map(alive, workers))
+    last = start(tmp_path / "killed", processes)
+    out, err = last.communicate()
+    assert out == expected, err
+    assert content(tmp_path / "killed") == content(tmp_path / "whole")
+
+
+def test_an_interrupt_ends_the_workers(tmp_path):
+    process = start(tmp_path, 2, start_new_session=True)
+    while not content(tmp_path):
+        time.sleep(0.01)
+    workers = children(process.pid)
+    os.killpg(process.pid, signal.SIGINT)
+    process.communicate(timeout=20)
+    limit = time.monotonic() + 10.0
+    while any(map(alive, workers)) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not any(map(alive, workers))
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with Sweep(folder=tmp_path / "file" / "below", processes=1) as sweep, pytest.raises(NotADirectoryError):
+        sweep("roots", math.sqrt, [1.0])
+
+
+def test_sweeps_from_standard_input_and_without_a_main_guard(tmp_path):
+    script = tmp_path / "plain.py"
+    script.write_text(textwrap.dedent(SCRIPT))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for command, text in (([str(script)], None), (["-"], script.read_text())):
+        done = subprocess.run(
+            [sys.executable, *command, str(tmp_path / "store"), "2"],
+            input=text,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+
+
+def test_processes_are_checked():
+    for wrong in (0, -1, 1.5, True, "2"):
+        with pytest.raises(ValueError, match="processes"):
+            Sweep(processes=wrong)
+    assert Store(Path("x")).read("ab") is None
