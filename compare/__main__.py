@@ -15,6 +15,7 @@ import inspect
 import json
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -257,6 +258,8 @@ def main(arguments: list[str] | None = None) -> int:
     from compare.sweep import SweepError
     from ribbonfem.results import SolverError
 
+    # what looks like a slip is told in a line, without the place in the source that saw it
+    warnings.formatwarning = lambda message, *_, **__: f"{prog}: {message}\n"
     try:
         status = _report(arguments[1:]) if command == REPORT else _question(command, arguments[1:])
         sys.stdout.flush()

@@ -37,7 +37,9 @@ def test_a_rod_whose_right_clamp_is_turned_is_in_equilibrium_at_the_image():
     assert np.allclose(image.m1[-1], [-np.sin(angle), 0.0, np.cos(angle)], atol=1e-12)
     assert np.allclose(image.x[1] - image.x[0], [rod.rest, 0.0, 0.0], atol=1e-14)
     _, gradient, _ = Statics(rod).assemble(image, second=False)
-    assert np.abs(gradient[rod.free]).max() < 1e-8
+    # rounding of positions, times the stiffness of an edge against stretching
+    rounding = np.finfo(float).eps * LEFT.ribbon.stretch_ratio / rod.rest
+    assert np.abs(gradient[rod.free]).max() < 100.0 * rounding < 2e-7
     # of the original, whose left clamp is turned, the same residual: the image loses no digit
     wrong = RodState(image.x * [1.0, 1.0, -1.0], image.m1, image.twist)
     assert np.abs(Statics(rod).assemble(wrong, second=False)[1][rod.free]).max() > 1.0

@@ -4,6 +4,7 @@ import datetime
 import inspect
 import math
 import warnings
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
@@ -13,6 +14,7 @@ import pytest
 import der
 import ribbonfem
 from compare.chooser.choice import choose
+from compare.measures.convergence import convergence
 from ribbonfem import (
     PolicyError,
     Ribbon,
@@ -217,6 +219,27 @@ def test_choose_refuses(value):
         with pytest.raises(PolicyError) as caught:
             call()
         one_sentence(caught.value, name)
+
+
+@pytest.mark.parametrize("value", [*NO_NUMBERS, *NO_FINITE, 0, -1, None, True])
+def test_convergence_refuses(value):
+    scene, over = replace(PLANAR, stop=None), {"elements": (4, 6, 8)}
+    for name, call in (
+        ("model", lambda: convergence(value, scene, "fold", over)),
+        ("scene", lambda: convergence(elastica, value, "fold", over)),
+        ("over", lambda: convergence(elastica, scene, "fold", value)),
+        ("elements", lambda: convergence(elastica, scene, "fold", {"elements": value})),
+        ("elements", lambda: convergence(elastica, scene, "fold", {"elements": (4, value, 8)})),
+        ("bogus", lambda: convergence(elastica, scene, "fold", over, bogus=value)),
+    ):
+        if name == "elements" and isinstance(value, range):
+            continue
+        with pytest.raises(PolicyError) as caught:
+            call()
+        one_sentence(caught.value, name)
+    if not callable(value):
+        with pytest.raises(PolicyError, match="quantity"):
+            convergence(elastica, scene, value, over)
 
 
 @pytest.mark.parametrize("value", [*NO_NUMBERS, *NO_FINITE, None, True])

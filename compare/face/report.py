@@ -50,6 +50,9 @@ def _read(path: Path) -> Section:
         raise ValueError("it holds no section of this version")
     if data["name"] != path.stem or not isinstance(data["values"], dict):
         raise ValueError("it holds another section than its name says")
+    for part in ("text", "tables", "pictures"):
+        if not isinstance(data[part], list):
+            raise ValueError(f"{part} is no list")
     tables = tuple(Table(**table) for table in data["tables"])
     for table in tables:
         table.cells()

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import ModuleType
@@ -22,9 +22,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ribbonfem import Scene
-from ribbonfem.policy import PolicyError, positive, whole_number
+from ribbonfem.policy import PolicyError, a_scene, number, positive, whole_number
 from ribbonfem.results import Array
 from ribbonfem.results import Value as Record
+from ribbonfem.scene import shown
 from ribbonfem.values import html_table
 
 from .quantities import (
@@ -235,16 +236,19 @@ def _over(name: str, verb: str, over: Mapping[str, Sequence[float]], least: int)
     """The policy name to refine and its values, the coarsest first."""
     if not isinstance(over, Mapping) or len(over) != 1 or next(iter(over)) not in REFINABLE:
         raise PolicyError(
-            f"over = {over!r}: must be a mapping of one of {', '.join(REFINABLE)} to its values"
+            f"over = {shown(over)}: must be a mapping of one of {', '.join(REFINABLE)} to its values"
         )
     key, given = next(iter(over.items()))
+    listed = isinstance(given, (Sequence, Set)) or (isinstance(given, np.ndarray) and given.ndim == 1)
+    if isinstance(given, (str, bytes)) or not listed:
+        raise PolicyError(f"{key} = {shown(given)}: the values to refine over are needed, three or so")
     require_policy(name, verb, {key: tuple(given)})
     values: list[Any] = sorted(
         {whole_number(key, value, 1) if key in MESHES else positive(key, value) for value in given},
         reverse=key not in MESHES,
     )
     if len(values) < least:
-        raise PolicyError(f"over = {over!r}: must have {least} different values of {key} at least")
+        raise PolicyError(f"over = {shown(over)}: must have {least} different values of {key} at least")
     return key, values
 
 
@@ -314,17 +318,20 @@ def convergence(
         From the runs.
     """
     name = name_of(model)
+    a_scene("scene", scene)
     if callable(quantity):
-        verb = "simulate" if {"step", "tolerance"} & set(over) else "folds"
+        verb = "simulate" if isinstance(over, Mapping) and {"step", "tolerance"} & set(over) else "folds"
         label = str(getattr(quantity, "__name__", "quantity"))
         found = Quantity(label, _timed(quantity), verb)
-    elif quantity in QUANTITIES:
+    elif isinstance(quantity, str) and quantity in QUANTITIES:
         found, label = QUANTITIES[quantity], quantity
         verb = _verb(found, scene)
     else:
-        raise PolicyError(f"quantity = {quantity!r}: must be one of {', '.join(map(repr, QUANTITIES))}")
+        raise PolicyError(f"quantity = {shown(quantity)}: must be one of {', '.join(map(repr, QUANTITIES))}")
     if reference is None:
         reference = found.exact
+    elif not isinstance(reference, (Shape, np.ndarray)):
+        reference = number("reference", reference)
     key, values = _over(name, verb, over, 3 if reference is None else 2)
     if not callable(quantity):
         require_policy(name, verb, policy)
@@ -338,13 +345,13 @@ def convergence(
         points = _common([*raw, reference] if isinstance(reference, Shape) else list(raw))
         # the length of a difference, its root mean square over the points: the L2 norm
         spacing = math.sqrt(3.0)
-    shown = tuple(_on(points, value) for value in raw)
+    compared = tuple(_on(points, value) for value in raw)
     if reference is not None:
         target = _on(points, reference)
         limit = Limit(target, np.zeros(0), True, 0.0)
     else:
-        limit = richardson(shown, sizes, expected)
-    errors = np.array([spacing * _size(np.subtract(value, limit.value)) for value in shown])
+        limit = richardson(compared, sizes, expected)
+    errors = np.array([spacing * _size(np.subtract(value, limit.value)) for value in compared])
     with np.errstate(divide="ignore", invalid="ignore"):
         pairs = np.array(
             [
@@ -359,7 +366,7 @@ def convergence(
         over=key,
         at=tuple(values),
         sizes=tuple(sizes),
-        values=shown,
+        values=compared,
         limit=limit.value,
         errors=errors,
         orders=limit.orders if reference is None else pairs,

@@ -20,6 +20,7 @@ from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.declared import defaults
 from ribbonfem.policy import PolicyError
 from ribbonfem.results import Array, Fold, Value
+from ribbonfem.scene import shown
 
 MESHES = ("elements", "nodes")
 # what a policy can be refined in
@@ -37,9 +38,9 @@ def name_of(model: ModuleType | str) -> str:
         If it is neither.
     """
     for name, module in MODELS.items():
-        if model is module or model == name:
+        if model is module or (isinstance(model, str) and model == name):
             return name
-    raise PolicyError(f"model = {model!r}: must be one of {', '.join(MODELS)} (the module or its name)")
+    raise PolicyError(f"model = {shown(model)}: must be one of {', '.join(MODELS)} (the module or its name)")
 
 
 def verb_of(name: str, verb: str) -> Callable[..., Any]:
@@ -67,7 +68,7 @@ def require_policy(name: str, verb: str, policy: Mapping[str, Any]) -> None:
     allowed = defaults_of(name, verb)
     for key, value in policy.items():
         if key not in allowed:
-            raise PolicyError(f"{key} = {value!r}: {name}.{verb} takes {', '.join(allowed)}")
+            raise PolicyError(f"{key} = {shown(value)}: {name}.{verb} takes {', '.join(allowed)}")
 
 
 def mesh_of(name: str, policy: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,255 @@
+"""The command line and the report as a stranger meets them: spoilt files, closed pipes, odd folders."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from compare.__main__ import main
+from compare.archive import load, save
+from compare.face import report
+from compare.face.section import Drawing, Picture, Section, Table
+from compare.face.style import figure
+from compare.questions.registry import ORDER, Question, named, publish, summary
+from compare.sweep import progress
+
+ROOT = Path(__file__).parents[1]
+SCENE = 'compression = 0.40\nshear = 0.0\nstart = "U+"\nrate = 0.1\nstop = 1.4\n'
+COMMAND = [sys.executable, "-m", "compare"]
+
+
+def command(*words, environment=(), **more):
+    surroundings = {**os.environ, "PYTHONPATH": str(ROOT), **dict(environment)}
+    return subprocess.Popen(
+        [*COMMAND, *map(str, words)], env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **more
+    )
+
+
+def section(name="crosscheck", title="A title", **more):
+    table = Table("t", ["a", "b"], [["x", 1.5], ["y", None]], ["s", ".2f"])
+    return Section(name, title, ["one <script>alert(1)</script>"], [table], values={"n": 1}, **more)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+def spoilt():
+    """Contents that are no section, of all kinds."""
+    rng = random.Random(7)
+    good = json.dumps({"name": "delay", "title": "t", "text": [], "tables": [], "pictures": [], "values": {}})
+    yield from ("", "{}", "[]", "null", "3", '"text"', good[:20], good[:-1], "\x00\x01", "{" * 5000)
+    yield good.replace('"name": "delay"', '"name": "folds"')
+    yield good.replace('"text": []', '"text": [1]')
+    yield good.replace('"text": []', '"text": "no list"')
+    yield good.replace('"tables": []', '"tables": [{"title": "t"}]')
+    table = '{"title": "t", "columns": ["a"], "rows": [[[]]], "formats": ["d"], "note": ""}'
+    yield good.replace('"tables": []', f'"tables": [{table}]')
+    yield good.replace('"pictures": []', '"pictures": [{"file": 3, "caption": "c"}]')
+    yield good.replace('"values": {}', '"values": 3, "more": 1')
+    for _ in range(60):
+        yield "".join(chr(rng.randrange(1, 0x2FF)) for _ in range(rng.randrange(1, 200)))
+
+
+@pytest.mark.parametrize("content", list(spoilt()))
+def test_a_spoilt_section_is_named_and_left_out(tmp_path, content):
+    (tmp_path / "delay.json").write_text(content, encoding="utf-8")
+    _, left_out = report.write_section(section(), tmp_path, ORDER)
+    assert list(left_out) == ["delay.json"]
+    page = (tmp_path / report.PAGE).read_text(encoding="utf-8")
+    assert "Left out: delay.json" in page
+    assert "A title" in page
+
+
+def test_binary_junk_is_left_out_too(tmp_path):
+    (tmp_path / "delay.json").write_bytes(os.urandom(300))
+    (tmp_path / "cases.json").mkdir()
+    _, left_out = report.write_section(section(), tmp_path, ORDER)
+    assert set(left_out) == {"delay.json", "cases.json"}
+
+
+def test_what_a_section_says_is_text_and_its_pictures_are_its_own(tmp_path):
+    outside = tmp_path / "secret.png"
+    outside.write_bytes(b"secret")
+    folder = tmp_path / "report"
+    folder.mkdir()
+    (folder / "link.png").symlink_to(outside)
+    pictures = [
+        Picture(name, "<b>caption</b>") for name in ("../secret.png", str(outside), "link.png", "none.png")
+    ]
+    report.write_section(section(title="<i>t</i>", pictures=pictures), folder, ORDER)
+    page = (folder / report.PAGE).read_text(encoding="utf-8")
+    for raw in ("<script>", "<i>", "<b>", "data:image"):
+        assert raw not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_numbers_are_written_before_pictures(tmp_path):
+    def drawings():
+        assert json.loads((tmp_path / "crosscheck.json").read_text(encoding="utf-8"))["values"] == {"n": 1}
+        yield Drawing("crosscheck-a.png", "first", figure(1)[0])
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space"):
+        report.write_section(section(), tmp_path, ORDER, drawings())
+    assert json.loads((tmp_path / "crosscheck.json").read_text(encoding="utf-8"))["values"] == {"n": 1}
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_folders_that_cannot_be_are_told_before_anything_is_computed(tmp_path, scene, capsys, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way", encoding="utf-8")
+
+    def never(*_, **__):
+        raise AssertionError("it was computed for")
+
+    monkeypatch.setattr(Question, "section", never)
+    for out in (blocked, blocked / "below", "/proc/report", "/dev/null/x"):
+        assert main(["run", str(scene), "--out", str(out), "--quiet"]) == 1
+        said = capsys.readouterr().err
+        assert str(out) in said
+        assert len(said.splitlines()) == 1
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    assert main(["run", str(scene), "--out", str(tmp_path / "full"), "--quiet"]) == 1
+    assert "are needed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "said"),
+    [
+        (["crosschek"], 2, "did you mean 'crosscheck'?"),
+        (["xyz"], 2, "is no command"),
+        (["--version"], 0, "ribbonfem"),
+        (["cases", "--only", "all-of-it"], 2, "invalid choice"),
+        (["skipping", "--rates", "1"], 2, "LOW:HIGH:COUNT"),
+        (["crosscheck", "--compressions", "a,b"], 2, "numbers are needed, with commas"),
+        (["crosscheck", "--processes", "0"], 2, "at least 1"),
+        (["run"], 2, "SCENE.toml"),
+        (["report", "--out", "/nowhere/at/all"], 1, "no such folder"),
+        (["threshold", "x.toml"], 2, "--between"),
+    ],
+)
+def test_slips_are_answered_in_a_sentence(words, status, said, capsys):
+    try:
+        found = main(words)
+    except SystemExit as stopped:
+        found = stopped.code
+    told = capsys.readouterr()
+    assert found == status
+    assert said in told.out + told.err
+    assert "Traceback" not in told.err
+
+
+def test_the_exit_status_of_run_says_how_it_went(tmp_path, scene, capsys):
+    out = ["--out", str(tmp_path / "report"), "--json"]
+    assert main(["run", str(scene), *out]) == 0
+    (tmp_path / "bad.toml").write_text("compression = 2", encoding="utf-8")
+    assert main(["run", str(tmp_path / "bad.toml"), *out]) == 1
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("name", ORDER)
+def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
+    assert len(summary(name)) > 20
+    question = named(name)
+    assert question.name == name
+    with pytest.raises(SystemExit):
+        main([name, "--help"])
+    told = capsys.readouterr().out
+    assert question.takes.split(",")[0] in " ".join(told.split())
+    for option in ("--out", "--json", "--quiet"):
+        assert option in told
+
+
+def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):
+    words = ["run", str(scene), "--motion", "--tolerance", "1e-2", "--out", str(tmp_path), "--quiet"]
+    assert main(words) == 0
+    kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*")}
+    page = (tmp_path / report.PAGE).read_bytes()
+    assert {"run.json", "run.found", "run-motion.png"} <= set(kept)
+    for name in ("run.json", "run-motion.png", report.PAGE):
+        (tmp_path / name).unlink()
+    assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("run*")} == kept
+    assert (tmp_path / report.PAGE).read_bytes() == page
+    (tmp_path / "run.found").write_bytes(b"spoilt")
+    assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
+    assert "run.found" in capsys.readouterr().err
+
+
+def test_what_was_found_is_read_back_whole(tmp_path, scene):
+    question = named("run")
+    found = question.main(scene, motion=True, tolerance=1e-2)
+    publish(question, found, tmp_path)
+    again = load(tmp_path / "run.found")
+    assert question.values(again) == question.values(found)
+    assert again.answer.history == found.answer.history
+    assert load(save(found.answer.history, tmp_path / "history")) == found.answer.history
+
+
+def test_a_closed_pipe_is_one_line(tmp_path, scene):
+    process = command("run", scene, "--out", tmp_path / "report", "--json")
+    process.stdout.close()
+    said = process.stderr.read().decode()
+    assert process.wait(timeout=60) == 1
+    assert "the output was closed" in said
+    assert "Traceback" not in said
+    assert (tmp_path / "report" / "run.json").exists()
+
+
+def test_words_are_utf_8_whatever_the_locale(tmp_path, scene):
+    poor = {
+        "LC_ALL": "C",
+        "LANG": "C",
+        "PYTHONUTF8": "0",
+        "PYTHONCOERCECLOCALE": "0",
+        "PYTHONIOENCODING": "ascii",
+    }
+    done = command("run", scene, "--out", tmp_path / "report", "--quiet", environment=poor)
+    out, err = done.communicate(timeout=120)
+    assert done.returncode == 0, err
+    assert "snap at" in out.decode("utf-8")
+    assert "–" in Table("t", ["a"], [[None]], ["d"]).cells()[0][0]
+
+
+def test_an_interrupt_is_one_line_and_keeps_what_is_finished(tmp_path):
+    words = (
+        "skipping",
+        "--rates",
+        "0.02:0.2:4",
+        "--dampings",
+        "0.3:3:4",
+        "--nodes",
+        "31",
+        "--processes",
+        "2",
+    )
+    process = command(*words, "--out", tmp_path, "--quiet", start_new_session=True)
+    kept = tmp_path / ".finished" / "skipping"
+    while process.poll() is None and len(list(kept.rglob("*.result"))) < 2:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate(timeout=30)[1].decode()
+    assert process.returncode == 130, said
+    assert "what is finished is kept" in said
+    assert len([line for line in said.splitlines() if line.strip()]) == 1, said
+    assert len(list(kept.rglob("*.result"))) >= 2
+
+
+def test_time_left_goes_by_cost_and_not_by_number():
+    bar = progress.Progress(visible=False).bar("x", 3, 100.0)
+    for cost in (90.0, 5.0):
+        bar.advance(cost)
+    assert (bar.done, bar.spent) == (2, 95.0)
+    assert progress._clock(3725) == "1:02:05"

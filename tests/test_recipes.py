@@ -1,0 +1,234 @@
+"""The recipes of .github/CONTRIBUTING.md, followed in a copy of the sources."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+QUESTION = '''
+    """How high is the buckled beam?  One number of the closed form."""
+
+    from __future__ import annotations
+
+    from dataclasses import dataclass
+
+    from compare.face.section import Drawing, Table
+    from compare.face.style import figure
+    from compare.sweep import Sweep
+    from ribbonfem.closed_form import euler
+
+    from .registry import Question
+
+
+    @dataclass(frozen=True)
+    class Heights:
+        """What was found: z(1/2)/L by dL/L."""
+
+        heights: dict[float, float]
+
+
+    def main(*, compressions: tuple[float, ...] = (0.1, 0.2), sweep: Sweep | None = None) -> Heights:
+        """The height of Euler's buckled beam."""
+        return Heights({c: float(euler.shape(c, 0.5)[1]) for c in compressions})
+
+
+    def drawings(found: Heights):
+        fig, axes = figure(1)
+        axes.plot(list(found.heights), list(found.heights.values()))
+        yield Drawing("heights.png", "Heights.", fig)
+
+
+    QUESTION = Question(
+        name="heights",
+        title="Heights of the buckled beam",
+        takes="no time",
+        main=main,
+        words=lambda found: [f"{len(found.heights)} heights."],
+        values=lambda found: {"heights": list(found.heights.values())},
+        tables=lambda found: [
+            Table("Heights", ["dL/L", "z"], list(map(list, found.heights.items())), [".2f", ".4f"])
+        ],
+        drawings=drawings,
+    )
+'''
+
+MODEL = '''
+    """A beam that is known in closed form: no mesh, and no motion."""
+
+    from ribbonfem.closed_form import closed_form_fold
+    from ribbonfem.declared import Declared
+    from ribbonfem.policy import verb
+    from ribbonfem.results import Fold
+
+    DECLARED = Declared(
+        name="known",
+        mesh="elements",
+        least=1,
+        planar=True,
+        methods={},
+        adaptive=(),
+        order=lambda policy: 1.0,
+        size=lambda policy: 1.0 / policy["elements"],
+        at_rest=lambda elements: 0,
+        in_motion=lambda elements: 0,
+    )
+
+
+    @verb
+    def folds(scene, *, elements=1):
+        """The fold of the quasi-linear beam; `elements` spoil it, so that there is something to refine."""
+        fold, root = closed_form_fold(), scene.compression**0.5
+        return (Fold(fold.mu * root + 0.1 / elements, fold.height * root, fold.sigma**2, "known", scene),)
+'''
+
+ELEMENT = '''
+    """Continuous quadratics with the values at both ends and at the middle as dofs."""
+
+    import numpy as np
+    from skfem.element import ElementH1
+    from skfem.refdom import RefLine
+
+
+    class ElementLineQuadratic(ElementH1):
+        """1 - 3 x + 2 x^2 and its like."""
+
+        nodal_dofs = 1
+        interior_dofs = 1
+        maxdeg = 2
+        dofnames = ["u", "u"]
+        doflocs = np.array([[0.0], [1.0], [0.5]])
+        refdom = RefLine
+
+        def lbasis(self, X, i):
+            """Value and derivative of the i-th basis function."""
+            x = X[0]
+            value = ((1 - x) * (1 - 2 * x), x * (2 * x - 1), 4 * x * (1 - x))[i]
+            return value, np.array([(4 * x - 3, 4 * x - 1, 4 - 8 * x)[i]])
+'''
+
+ELEMENT_TEST = """
+    import numpy as np
+    from ribbonfem.elements.quadratic import ElementLineQuadratic
+    from skfem import Basis, MeshLine
+
+    element = ElementLineQuadratic()
+    for i in range(3):
+        value, _ = element.lbasis(element.doflocs.T, i)
+        assert np.allclose(value, np.eye(3)[i])
+    errors = []
+    for n in (16, 32, 64):
+        basis = Basis(MeshLine(np.linspace(0, 1, n + 1)), ElementLineQuadratic(), intorder=6)
+        u = basis.project(lambda x: np.sin(3 * x[0]))
+        off = basis.interpolate(u) - np.sin(3 * basis.global_coordinates()[0])
+        errors.append(float(np.sqrt(np.sum(np.asarray(off) ** 2 * basis.dx))))
+    orders = np.diff(np.log(errors)) / np.log(0.5)
+    assert np.allclose(orders, 3.0, atol=0.1), orders
+    print("ok")
+"""
+
+STEPPER = '''
+
+    def sdirk2() -> Tableau:
+        """Two implicit stages after an explicit one that counts for nothing: R. Alexander (1977)."""
+        d = 1.0 - 0.5 * np.sqrt(2.0)
+        a = np.array([[0.0, 0.0, 0.0], [0.0, d, 0.0], [0.0, 1.0 - d, d]])
+        return Tableau("sdirk2", 2, 2, a, a[-1] - np.array([0.0, 0.5, 0.5]), 1)
+
+
+    TABLEAUS["sdirk2"] = sdirk2
+'''
+
+STEPPER_TEST = """
+    import numpy as np
+    from ribbonfem import Scene, elastica, kirchhoff
+
+    scene = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, damping=1.0, stop=1.6)
+    for model, policy in ((elastica, {"elements": 6}), (kirchhoff, {"elements": 4})):
+        snaps = [
+            model.simulate(scene, method="sdirk2", step=step, until="snap", **policy).crossing()[1]
+            for step in (8e-3, 4e-3, 2e-3)
+        ]
+        order = np.log2((snaps[0] - snaps[1]) / (snaps[1] - snaps[2]))
+        assert abs(order - 2.0) < 0.3, (model, order)
+        loose = model.simulate(scene, method="sdirk2", tolerance=1e-5, until="snap", **policy).crossing()[1]
+        assert abs(loose - snaps[2]) < 2e-3
+    print("ok")
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    for name in ("ribbonfem", "der", "compare"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+def write(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(textwrap.dedent(text).lstrip("\n"), encoding="utf-8")
+
+
+def python(copy, *words, script=None):
+    words = [*words] if script is None else ["-c", textwrap.dedent(script)]
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=copy,
+        env={**os.environ, "PYTHONPATH": str(copy)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_question(copy):
+    write(copy / "compare/questions/heights.py", QUESTION)
+    registry = copy / "compare/questions/registry.py"
+    text = registry.read_text(encoding="utf-8")
+    registry.write_text(text.replace("ORDER = (\n", 'ORDER = (\n    "heights",\n'), encoding="utf-8")
+    assert "How high is the buckled beam?" in python(copy, "-m", "compare", "--help")
+    told = python(copy, "-m", "compare", "heights", "--json", "--compressions", "0.4", "--out", "report")
+    assert json.loads(told)["heights"][0] == pytest.approx(0.37, abs=0.03)
+    picture = (copy / "report/heights.png").read_bytes()
+    (copy / "report/heights.png").unlink()
+    python(copy, "-m", "compare", "report", "--redraw", "--out", "report")
+    assert (copy / "report/heights.png").read_bytes() == picture
+    assert "Heights of the buckled beam" in (copy / "report/report.html").read_text(encoding="utf-8")
+
+
+def test_a_model(copy):
+    write(copy / "ribbonfem/known/__init__.py", MODEL)
+    models = copy / "compare/models.py"
+    text = models.read_text(encoding="utf-8")
+    text = text.replace("from ribbonfem.declared", "import ribbonfem.known as known\nfrom ribbonfem.declared")
+    models.write_text(
+        text.replace('    "der": der,\n', '    "der": der,\n    "known": known,\n'), encoding="utf-8"
+    )
+    script = """
+        import compare
+        from ribbonfem import Scene
+        scene = Scene(compression=0.2, shear=0.0, start="U+")
+        found = compare.convergence("known", scene, "fold", over={"elements": (2, 4, 8)})
+        assert abs(found.order - 1.0) < 1e-9
+        assert abs(found.limit - 1.781776041156 * 0.2**0.5) < 1e-9
+        print("ok")
+    """
+    assert "ok" in python(copy, script=script)
+
+
+def test_an_element(copy):
+    write(copy / "ribbonfem/elements/quadratic.py", ELEMENT)
+    assert "ok" in python(copy, script=ELEMENT_TEST)
+
+
+def test_a_stepper(copy):
+    with (copy / "ribbonfem/stepping/tableaus.py").open("a", encoding="utf-8") as file:
+        file.write(textwrap.dedent(STEPPER))
+    assert "ok" in python(copy, script=STEPPER_TEST)
