@@ -32,7 +32,6 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping import newmark
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
     LARGEST_TURN,
@@ -46,7 +45,6 @@ from ribbonfem.values import handed_over
 from . import loop, plane, states, tangent
 from .problem import Frames, Statics, checked_mesh
 
-METHODS = ("esdirk4", "esdirk3", *newmark.METHODS)
 UNTIL = ("end", "snap", "decided")
 ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
@@ -109,7 +107,7 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, METHODS, UNTIL)
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (loop.ROW_SIZE + 6 * nodes) / every)
@@ -215,30 +213,6 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 
     squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)
     return np.asarray(np.sqrt(squares) / problem.unit)
-
-
-def scheme_of(method: newmark.Method) -> loop.Scheme:
-    """A method's coefficients for the compiled time loop."""
-    tableau = method.tableau
-    if tableau is not None:
-        power = tableau.embedded + 1.0
-        return loop.Scheme(
-            loop.DIRK, tableau.stages, tableau.a, tableau.c, tableau.error, power, *(8 * (0.0,)), False
-        )
-    return loop.Scheme(
-        loop.ONE_STAGE,
-        2,
-        np.zeros((2, 2)),
-        np.array([0.0, 1.0]),
-        np.zeros(2),
-        method.order + 1.0,
-        *method.positions,
-        *method.velocities,
-        method.alpha_m,
-        method.alpha_f,
-        *method.error,
-        method.project,
-    )
 
 
 def ramp_of(
@@ -347,7 +321,7 @@ def integrate(
     """
     global _warm
     rod = discretised(problem, scene)
-    scheme = scheme_of(control.method)
+    scheme = control.method.as_scheme()
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
