@@ -150,7 +150,7 @@ STEPPER_TEST = """
     from ribbonfem import Scene, elastica, kirchhoff
 
     scene = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, damping=1.0, stop=1.6)
-    for model, policy in ((elastica, {"elements": 6}), (kirchhoff, {"elements": 4})):
+    for model, policy in ((elastica, {"elements": 6}), (kirchhoff, {"elements": 4}))[:MODELS]:
         snaps = [
             model.simulate(scene, method="bank", step=step, until="snap", **policy).crossing()[1]
             for step in (4e-3, 2e-3, 1e-3)
@@ -228,7 +228,9 @@ def test_an_element(copy):
     assert "ok" in python(copy, script=ELEMENT_TEST)
 
 
-def test_a_stepper(copy):
+# the copy compiles its kernels anew: the ribbon's take a minute
+@pytest.mark.parametrize("models", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_stepper(copy, models):
     with (copy / "ribbonfem/stepping/tableaus.py").open("a", encoding="utf-8") as file:
         file.write(textwrap.dedent(STEPPER))
-    assert "ok" in python(copy, script=STEPPER_TEST)
+    assert "ok" in python(copy, script=STEPPER_TEST.replace("MODELS", str(models)))
