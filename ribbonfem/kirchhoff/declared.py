@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from ribbonfem.declared import Declared
-from ribbonfem.stepping.newmark import method_of
-
-from .motion import METHODS
+from ribbonfem.stepping.newmark import ADAPTIVE, ORDERS
 
 DECLARED = Declared(
     name="kirchhoff",
     mesh="elements",
     least=4,
     planar=False,
-    methods={name: method_of(name, methods=METHODS).order for name in METHODS},
-    adaptive=METHODS,
+    methods=ORDERS,
+    adaptive=ADAPTIVE,
     # five Gauss points an element: 2 p = 10
     order=lambda policy: 10.0,
     size=lambda policy: 1.0 / policy["elements"],

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from ribbonfem.results import Array
+from ribbonfem.stepping.beam_kernels import DIRK, ONE_STAGE, Scheme
 
 from .tangent import (
     STIFF,
@@ -37,7 +38,6 @@ from .tangent import (
     twist,
 )
 
-DIRK, ONE_STAGE = 0, 1
 # what `run` returns
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
@@ -61,30 +61,7 @@ CREEP, LEAST = 0.1, 0.01
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
 # solved stages that are remembered, and those through which a guess is laid
-MEMORY, GUESS = 16, 4
-
-
-class Scheme(NamedTuple):
-    """A method: a tableau (a, c, error), or the coefficients of `newmark.Method`.
-
-    The last row of `a` is also the weights of the step; `power` is that of the step in the error.
-    """
-
-    kind: int
-    stages: int
-    a: Array
-    c: Array
-    error: Array
-    power: float
-    r0: float
-    r1: float
-    v0: float
-    v1: float
-    alpha_m: float
-    alpha_f: float
-    error0: float
-    error1: float
-    project: bool
+MEMORY, GUESS = 16, 3
 
 
 class Ramp(NamedTuple):

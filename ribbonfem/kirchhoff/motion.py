@@ -32,7 +32,6 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping import newmark
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
     LARGEST_TURN,
@@ -46,7 +45,6 @@ from ribbonfem.values import handed_over
 from . import loop, plane, states, tangent
 from .problem import Frames, Statics, checked_mesh
 
-METHODS = ("esdirk4", "esdirk3", *newmark.METHODS)
 UNTIL = ("end", "snap", "decided")
 ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
@@ -109,7 +107,7 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, METHODS, UNTIL)
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (loop.ROW_SIZE + 6 * nodes) / every)
@@ -217,30 +215,6 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     return np.asarray(np.sqrt(squares) / problem.unit)
 
 
-def scheme_of(method: newmark.Method) -> loop.Scheme:
-    """A method's coefficients for the compiled time loop."""
-    tableau = method.tableau
-    if tableau is not None:
-        power = tableau.embedded + 1.0
-        return loop.Scheme(
-            loop.DIRK, tableau.stages, tableau.a, tableau.c, tableau.error, power, *(8 * (0.0,)), False
-        )
-    return loop.Scheme(
-        loop.ONE_STAGE,
-        2,
-        np.zeros((2, 2)),
-        np.array([0.0, 1.0]),
-        np.zeros(2),
-        method.order + 1.0,
-        *method.positions,
-        *method.velocities,
-        method.alpha_m,
-        method.alpha_f,
-        *method.error,
-        method.project,
-    )
-
-
 def ramp_of(
     scene: Scene, control: Control, *, every: int = 1, gyroscopic: bool = False, barrier: float = -np.inf
 ) -> loop.Ramp:
@@ -273,9 +247,12 @@ def ramp_of(
 class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
-    def __init__(self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool):
+    def __init__(
+        self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool, s: Array
+    ) -> None:
         elements = len(rod.weights)
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
+        self.arclength = s
         self.solver = tangent.solver(elements)
         self.scratch = loop.scratch(elements, scheme.stages)
         nodes = len(motion.x)
@@ -312,6 +289,7 @@ class Run:
             energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
             configurations=kept,
             load=columns[8],
+            arclength=self.arclength,
             stats={
                 "steps": int(clock[loop.STEPS]),
                 "newton_iterations": int(clock[loop.NEWTON]),
@@ -343,14 +321,14 @@ def integrate(
     """
     global _warm
     rod = discretised(problem, scene)
-    scheme = scheme_of(control.method)
+    scheme = control.method.as_scheme()
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
-        Run(rod, scheme, at_rest(problem, start), False).go(
+        Run(rod, scheme, at_rest(problem, start), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
         )
-    run = Run(rod, scheme, at_rest(problem, start), configurations)
+    run = Run(rod, scheme, at_rest(problem, start), configurations, problem.arclength)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

@@ -75,7 +75,8 @@ class Solver(NamedTuple):
     """Memory of the tangent and its solution, allocated once.
 
     local (E, SIZE, SIZE), the lower triangle of each element's factors; band (6 (E - 1) + WIDTH,
-    WIDTH + 1), those of what is left; right and local_right; residuals fr, fp (nodes, 3), fn
+    WIDTH + 1), those of what is left, with the inverse pivots on their diagonals' places; right and
+    local_right; pivots (E, SIZE), inverse; residuals fr, fp (nodes, 3), fn
     (E, P, 3), overwritten by the increments of r, psi and n; the rest is a point's.
     """
 
@@ -83,6 +84,8 @@ class Solver(NamedTuple):
     band: Array
     right: Array
     local_right: Array
+    pivots: Array
+    gradient: Array
     fr: Array
     fp: Array
     fn: Array
@@ -107,6 +110,8 @@ def solver(elements: int) -> Solver:
         band=np.zeros((count + WIDTH, WIDTH + 1)),
         right=np.zeros(count + WIDTH),
         local_right=np.zeros((elements, SIZE)),
+        pivots=np.zeros((elements, SIZE)),
+        gradient=np.zeros((P + 1, 4)),
         fr=np.zeros((nodes, 3)),
         fp=np.zeros((nodes, 3)),
         fn=np.zeros((elements, P, 3)),
@@ -193,6 +198,10 @@ def _body(g: Array, i: int, f: Array, c: int) -> float:
 def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> float:
     """Add an element's forces and moments to s.fr and s.fp, put its gaps in s.fn; elastic energy."""
     energy = 0.0
+    gradient = s.gradient
+    for i in range(P + 1):
+        for c in range(4):
+            gradient[i, c] = 0.0
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
         bending, pull = _bend(rod, s.q, s.p, n[e, k], s.gq, s.gp, s.tangent)
@@ -209,9 +218,10 @@ def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> fl
         for i in range(P + 1):
             value, slope = weight * rod.value[k, i], weight * rod.slope[e, k, i]
             for c in range(4):
-                s.p[c] = value * s.gq[c] + slope * s.gp[c]
-            for c in range(3):
-                s.fp[e * P + i, c] += _body(g, e * P + i, s.p, c)
+                gradient[i, c] += value * s.gq[c] + slope * s.gp[c]
+    for i in range(P + 1):
+        for c in range(3):
+            s.fp[e * P + i, c] += _body(g, e * P + i, gradient[i], c)
     return energy
 
 
@@ -362,7 +372,7 @@ def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, 
 
 
 @njit(**_options)
-def _eliminate(local: Array) -> None:
+def _eliminate(local: Array, pivots: Array) -> None:
     """L D L^T of the inside of an element, from its last row up, three rows at a time.
 
     Row k of the factors is D times row k of L^T; the rows of the outside are left with their
@@ -382,6 +392,7 @@ def _eliminate(local: Array) -> None:
         for j in range(k - 1):
             row2[j] -= f0 * row1[j]
         inverse2 = 1.0 / row2[k - 2]
+        pivots[k], pivots[k - 1], pivots[k - 2] = inverse0, inverse1, inverse2
         for i in range(k - 2):
             f0, f1, f2 = row0[i] * inverse0, row1[i] * inverse1, row2[i] * inverse2
             # (the compiler makes vectors of this loop only behind the question)
@@ -402,7 +413,7 @@ def factorise(s: Solver) -> None:
             s.band[i, d] = 0.0
     for e in range(elements):
         local = s.local[e]
-        _eliminate(local)
+        _eliminate(local, s.pivots[e])
         first = 6 * (e - 1)
         for i in range(12):
             if 0 <= first + i < count:
@@ -412,6 +423,7 @@ def factorise(s: Solver) -> None:
     for k in range(count):
         above = s.band[k]
         inverse = 1.0 / above[0]
+        above[0] = inverse
         for d in range(1, WIDTH + 1):
             factor = above[d] * inverse
             if factor != 0.0:
@@ -423,26 +435,31 @@ def factorise(s: Solver) -> None:
 @njit(**_options)
 def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Right-hand side of an element, its inside eliminated, in s.local_right[e]."""
-    f, local = s.local_right[e], s.local[e]
+    f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
     for i in range(OUTER):
         f[i] = 0.0
     for k in range(P):
         for c in range(3):
-            total = -s.fn[e, k, c]
-            for i in range(1, P):
-                total += rod.coupling[e, k, i] * s.fr[e * P + i, c] / (rod.mass[e, i] * sigma)
-            f[N0 + 3 * k + c] = total
+            f[N0 + 3 * k + c] = -s.fn[e, k, c]
+    for i in range(1, P):
+        inverse = 1.0 / (rod.mass[e, i] * sigma)
+        x, y, z = inverse * s.fr[e * P + i, 0], inverse * s.fr[e * P + i, 1], inverse * s.fr[e * P + i, 2]
+        for k in range(P):
+            coupling = rod.coupling[e, k, i]
+            f[N0 + 3 * k] += coupling * x
+            f[N0 + 3 * k + 1] += coupling * y
+            f[N0 + 3 * k + 2] += coupling * z
     for i in range(1, P):
         for c in range(3):
             f[TURN0 - 3 + 3 * i + c] = -s.fp[e * P + i, c]
     k = SIZE - 1
     while k >= OUTER:
         row0, row1, row2 = local[k], local[k - 1], local[k - 2]
-        f0 = f[k] / row0[k]
+        f0 = f[k] * pivots[k]
         f[k - 1] -= f0 * row0[k - 1]
-        f1 = f[k - 1] / row1[k - 1]
+        f1 = f[k - 1] * pivots[k - 1]
         f[k - 2] -= f0 * row0[k - 2] + f1 * row1[k - 2]
-        f2 = f[k - 2] / row2[k - 2]
+        f2 = f[k - 2] * pivots[k - 2]
         for j in range(k - 2):
             f[j] -= f0 * row0[j] + f1 * row1[j] + f2 * row2[j]
         k -= 3
@@ -451,7 +468,7 @@ def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
 @njit(**_options)
 def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Increments of the inside of an element from those of its outside, into s.fr, s.fp, s.fn."""
-    f, local = s.local_right[e], s.local[e]
+    f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
     k = OUTER
     while k < SIZE:
         row0, row1, row2 = local[k], local[k + 1], local[k + 2]
@@ -460,9 +477,9 @@ def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
             f0 += row0[j] * f[j]
             f1 += row1[j] * f[j]
             f2 += row2[j] * f[j]
-        f[k] = (f[k] - f0) / row0[k]
-        f[k + 1] = (f[k + 1] - f1 - row1[k] * f[k]) / row1[k + 1]
-        f[k + 2] = (f[k + 2] - f2 - row2[k] * f[k] - row2[k + 1] * f[k + 1]) / row2[k + 2]
+        f[k] = (f[k] - f0) * pivots[k]
+        f[k + 1] = (f[k + 1] - f1 - row1[k] * f[k]) * pivots[k + 1]
+        f[k + 2] = (f[k + 2] - f2 - row2[k] * f[k] - row2[k + 1] * f[k + 1]) * pivots[k + 2]
         k += 3
     for k in range(P):
         for c in range(3):
@@ -497,7 +514,7 @@ def solve(rod: Rod, s: Solver, sigma: float) -> None:
                 right[first + i] += s.local_right[e, i]
     for k in range(count):
         row = s.band[k]
-        factor = right[k] / row[0]
+        factor = right[k] * row[0]
         for d in range(1, WIDTH + 1):
             right[k + d] -= factor * row[d]
     for d in range(WIDTH):
@@ -507,7 +524,7 @@ def solve(rod: Rod, s: Solver, sigma: float) -> None:
         total = 0.0
         for d in range(1, WIDTH + 1):
             total += row[d] * right[k + d]
-        right[k] = (right[k] - total) / row[0]
+        right[k] = (right[k] - total) * row[0]
     for e in range(elements):
         first = 6 * (e - 1)
         for i in range(12):

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ribbonfem.results import Array
 
 ELASTICA, QUASILINEAR = 0, 1
-ONE_STAGE, TR_BDF2 = 0, 1
+ONE_STAGE, DIRK = 0, 1
 # what `run` returns
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
@@ -38,7 +38,6 @@ ROW_SIZE = 8  # time, angle, height, kinetic, elastic, dissipated, work, load
 NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
-ROOT = np.sqrt(2.0)
 
 
 class Tables(NamedTuple):
@@ -72,10 +71,17 @@ class Tables(NamedTuple):
 
 
 class Scheme(NamedTuple):
-    """Coefficients of a method; see `newmark.Method`."""
+    """Coefficients of a method, or its tableau; see `newmark.Method`.
+
+    `power` is that of the step in the estimated error; the last row of `a` is the weights of the step.
+    """
 
     kind: int
-    order: int
+    power: float
+    stages: int
+    a: Array
+    c: Array
+    error: Array
     r0: float
     r1: float
     v0: float
@@ -119,10 +125,11 @@ class Scratch(NamedTuple):
     w: Array
     a2: Array
     v2: Array
-    u: Array
     clamp: Array
     y: Array
     y2: Array
+    stage_v: Array
+    stage_a: Array
 
 
 # --- banded LU with partial pivoting -------------------------------------------------------------
@@ -833,9 +840,8 @@ def run(
     """
     nu = ramp.damping
     out = np.empty(4)
-    diagonal = 1.0 - 0.5 * ROOT  # of TR-BDF2, both stages
-    outer = 0.25 * ROOT
-    moment2 = power2 = share = 0.0
+    last = m.stages - 1
+    share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
     while True:
         phase = int(clock[PHASE])
         start = 0.0 if phase == 0 else ramp.turned
@@ -875,50 +881,58 @@ def run(
         angle0 = ramp.rate * time if phase == 0 else ramp.stop
         angle = ramp.stop if (phase == 1 or landed) else ramp.rate * target
         if m.kind == ONE_STAGE:
-            last = clock[LAST]
-            if last > 0.0 and h != last:
+            if clock[LAST] > 0.0 and h != clock[LAST]:
                 # the auxiliary acceleration is that of an instant in proportion to the step
                 for i in range(q.shape[0]):
-                    auxiliary[i] = a[i] + (auxiliary[i] - a[i]) * (h / last)
+                    auxiliary[i] = a[i] + (auxiliary[i] - a[i]) * (h / clock[LAST])
             clock[LAST] = h
-            share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
-            b, g = m.r1 * h * h * share, m.v1 * h * share
         else:
-            b, g = (diagonal * h) ** 2, diagonal * h
+            for i in range(q.shape[0]):
+                s.stage_v[0, i] = v[i]
+                s.stage_a[0, i] = a[i]
+        work, lost = m.a[last, 0] * clock[MOMENT], m.a[last, 0] * clock[POWER]
         # one place where stages are solved: the compiler copies the whole solver to each
         iterations = 0
-        for stage in range(2 if m.kind == TR_BDF2 else 1):
-            reached = angle
+        for stage in range(1, m.stages):
+            reached = angle if stage == last else angle0 + spin * m.c[stage] * h
             if m.kind == ONE_STAGE:
+                b, g = m.r1 * h * h * share, m.v1 * h * share
                 for i in range(q.shape[0]):
                     known = (m.alpha_f * a[i] - m.alpha_m * auxiliary[i]) / (1.0 - m.alpha_m)
                     s.qp[i] = q[i] + h * v[i] + h * h * (m.r0 * auxiliary[i] + m.r1 * known)
                     s.vp[i] = v[i] + h * (m.v0 * auxiliary[i] + m.v1 * known)
-                    s.a[i] = a[i]
-                for i in range(w.shape[0]):
-                    s.w[i] = w[i] + h * dw[i]
-            elif stage == 0:
-                reached = angle0 + spin * 2.0 * g
-                for i in range(q.shape[0]):
-                    s.qp[i] = q[i] + 2.0 * g * v[i] + b * a[i]
-                    s.vp[i] = v[i] + g * a[i]
-                    s.a[i] = a[i]
-                for i in range(w.shape[0]):
-                    s.w[i] = w[i] + 2.0 * g * dw[i]
             else:
-                _measure(t, s, s.q, s.v, s.a, s.w, nu, out)
-                moment2, power2 = out[2], 2.0 * nu * out[0]
+                g = m.a[stage, stage] * h
+                b = g * g
                 for i in range(q.shape[0]):
-                    s.vp[i] = v[i] + h * outer * (a[i] + s.a[i])
-                    s.qp[i] = q[i] + h * outer * (v[i] + s.v[i]) + g * s.vp[i]
-                    s.u[i] = s.v[i]
+                    velocity, place = v[i], q[i]
+                    for j in range(stage):
+                        velocity += h * m.a[stage, j] * s.stage_a[j, i]
+                        place += h * m.a[stage, j] * s.stage_v[j, i]
+                    s.vp[i] = velocity
+                    s.qp[i] = place + g * velocity
+            # guesses: on the line through the last two instants known
+            if stage == 1:
+                for i in range(q.shape[0]):
+                    s.a[i] = a[i]
                 for i in range(w.shape[0]):
-                    s.w[i] = w[i] + (s.w[i] - w[i]) / (2.0 * diagonal)
+                    s.w[i] = w[i] + m.c[1] * h * dw[i]
+            else:
+                for i in range(w.shape[0]):
+                    s.w[i] = w[i] + (s.w[i] - w[i]) * (m.c[stage] / m.c[stage - 1])
             used = _solve(t, s, b, g, reached, spin, nu, ramp.newton)
             if used < 0:
                 iterations = used - iterations
                 break
             iterations += used
+            if m.kind == DIRK:
+                for i in range(q.shape[0]):
+                    s.stage_v[stage, i] = s.v[i]
+                    s.stage_a[stage, i] = s.a[i]
+                if stage < last:
+                    _measure(t, s, s.q, s.v, s.a, s.w, nu, out)
+                    work += m.a[last, stage] * out[2]
+                    lost += m.a[last, stage] * 2.0 * nu * out[0]
         error = 0.0
         if iterations > 0:
             for i in range(q.shape[0]):
@@ -927,8 +941,10 @@ def run(
                     s.a2[i] = share * s.a[i] + known
                     change = h * h * (m.error0 * auxiliary[i] + m.error1 * s.a2[i])
                 else:
-                    change = (4.0 * outer - 1.0) * v[i] - s.u[i] + 2.0 * diagonal * s.v[i]
-                    change *= h / 3.0
+                    change = 0.0
+                    for j in range(m.stages):
+                        change += m.error[j] * s.stage_v[j, i]
+                    change *= h
                 error = max(error, abs(change))
         clock[NEWTON] += abs(iterations)
         if iterations < 0:
@@ -939,7 +955,7 @@ def run(
             continue
         factor = 2.0
         if ramp.fixed == 0.0:
-            factor = min(2.0, 0.8 * (ramp.tolerance / max(error, 1e-300)) ** (1.0 / (m.order + 1.0)))
+            factor = min(2.0, 0.8 * (ramp.tolerance / max(error, 1e-300)) ** (1.0 / m.power))
             if error > ramp.tolerance:
                 clock[REJECTED] += 1.0
                 clock[STEP] = h * max(0.2, factor)
@@ -967,8 +983,8 @@ def run(
             clock[DISSIPATED] += 0.5 * h * (clock[POWER] + power)
             clock[WORK] += 0.5 * turn * (clock[MOMENT] + moment)
         else:
-            clock[DISSIPATED] += h * (outer * (clock[POWER] + power2) + diagonal * power)
-            clock[WORK] += turn * (outer * (clock[MOMENT] + moment2) + diagonal * moment)
+            clock[DISSIPATED] += h * (lost + m.a[last, last] * power)
+            clock[WORK] += turn * (work + m.a[last, last] * moment)
         clock[POWER], clock[MOMENT] = power, moment
         # what rounding leaves of the sum of many equal steps is carried on: they are to land on the end
         clock[TIME] = target if landed else time + (h + clock[CARRY])

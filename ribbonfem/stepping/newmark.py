@@ -1,4 +1,4 @@
-"""Time stepping of the planar beams: Newmark, generalised-alpha, TR-BDF2 and implicit Euler.
+"""Time stepping of the planar beams: Newmark, generalised-alpha, and Runge-Kutta methods (`tableaus`).
 
 The semi-discrete beams are differential-algebraic: the dofs q carry mass, the others follow
 from equilibrium and from the constraints at the same instant (`beam_kernels`).  Every method
@@ -34,7 +34,7 @@ from . import tableaus
 from .motion import Motion
 from .tableaus import Tableau
 
-METHODS = ("tr-bdf2", "generalised-alpha", "newmark", "implicit-euler")
+METHODS = ("tr-bdf2", "esdirk3", "esdirk4", "generalised-alpha", "newmark", "implicit-euler")
 UNTIL = ("end", "snap")
 
 # Newton stops when what it would still change in any position (L) and angle (rad) is below this;
@@ -70,10 +70,19 @@ class Method:
 
     def as_scheme(self) -> kernels.Scheme:
         """The same for the kernel."""
-        kind = kernels.TR_BDF2 if self.name == "tr-bdf2" else kernels.ONE_STAGE
+        if self.tableau is not None:
+            data = self.tableau
+            power = data.embedded + 1.0
+            return kernels.Scheme(
+                kernels.DIRK, power, data.stages, data.a, data.c, data.error, *(8 * (0.0,)), False
+            )
         return kernels.Scheme(
-            kind,
-            self.order,
+            kernels.ONE_STAGE,
+            self.order + 1.0,
+            2,
+            np.zeros((2, 2)),
+            np.array([0.0, 1.0]),
+            np.zeros(2),
             *self.positions,
             *self.velocities,
             self.alpha_m,
@@ -122,25 +131,9 @@ def generalised_alpha(spectral_radius: float = 0.8) -> Method:
     )
 
 
-def implicit_euler() -> Method:
-    """The backward Euler rule, of order 1; its damping is its own, not the scene's."""
-    return Method(
-        "implicit-euler",
-        1,
-        (0.0, 1.0),
-        (0.0, 1.0),
-        error=(0.0, 0.5),
-        tableau=tableaus.implicit_euler(),
-    )
-
-
-def _of_tableau(tableau: Tableau) -> Method:
-    return Method(tableau.name, tableau.order, tableau=tableau)
-
-
-def method_of(name: str, spectral_radius: float | None = None, methods: tuple[str, ...] = METHODS) -> Method:
-    """The method of this name, one of `methods`; `spectral_radius` belongs to "generalised-alpha" alone."""
-    choice("method", name, methods)
+def method_of(name: str, spectral_radius: float | None = None) -> Method:
+    """The method of this name; `spectral_radius` belongs to "generalised-alpha" alone."""
+    choice("method", name, METHODS)
     if name == "generalised-alpha":
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
@@ -149,9 +142,8 @@ def method_of(name: str, spectral_radius: float | None = None, methods: tuple[st
         )
     if name == "newmark":
         return newmark()
-    if name == "implicit-euler":
-        return implicit_euler()
-    return _of_tableau(tableaus.TABLEAUS[name]())
+    tableau = tableaus.TABLEAUS[name]()
+    return Method(tableau.name, tableau.constrained, tableau=tableau)
 
 
 # order in the step of every method of the beams, all of which have adaptive steps too
@@ -187,10 +179,9 @@ class Control:
         until: str,
         spectral_radius: float | None,
         default_tolerance: float,
-        methods: tuple[str, ...] = METHODS,
         untils: tuple[str, ...] = UNTIL,
     ) -> Control:
-        """Check the policy of a `simulate`, a model of these `methods` and ends.
+        """Check the policy of a `simulate` that may end in these ways.
 
         Raises
         ------
@@ -202,14 +193,14 @@ class Control:
         if step is None:
             tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
         return cls(
-            method_of(method, spectral_radius, methods),
+            method_of(method, spectral_radius),
             None if step is None else positive("step", step),
             tolerance,
             choice("until", until, untils),
         )
 
 
-def _scratch(tables: kernels.Tables, q: Array, w: Array) -> kernels.Scratch:
+def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> kernels.Scratch:
     elements, p = tables.dx.shape
     if tables.kind == kernels.ELASTICA:
         n, width = elements * (p + 4) - 3, p + 6
@@ -229,10 +220,11 @@ def _scratch(tables: kernels.Tables, q: Array, w: Array) -> kernels.Scratch:
         w=np.zeros(len(w)),
         a2=np.zeros(len(q)),
         v2=np.zeros(longest),
-        u=np.zeros(len(q)),
         clamp=np.zeros(size),
         y=np.zeros(longest),
         y2=np.zeros(longest),
+        stage_v=np.zeros((stages, len(q))),
+        stage_a=np.zeros((stages, len(q))),
     )
 
 
@@ -272,7 +264,7 @@ def _run(
 
     `keep` takes the rows, q and w of a block, before the next one is written over it.
     """
-    scratch = _scratch(tables, q, w)
+    scratch = _scratch(tables, q, w, scheme.stages)
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     state = (q.copy(), np.zeros(len(q)), np.zeros(len(q)), np.zeros(len(q)), w.copy(), np.zeros(len(w)))

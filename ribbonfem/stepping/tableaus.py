@@ -20,7 +20,8 @@ class Tableau:
 
     Attributes
     ----------
-    name, order: of the method, in the step.
+    name, order: of the method, in the step, for ordinary differential equations.
+    constrained: its order where constraints have multipliers, as measured on beams and ribbons.
     a: (stages, stages) lower triangular, 0 in the first row; its last row is the weights of the step.
     error: (stages,) weights whose sum with the stages' rates, times the step, estimates the local
         error; of order `embedded` + 1 in the step.
@@ -29,6 +30,7 @@ class Tableau:
 
     name: str
     order: int
+    constrained: int
     a: Array
     error: Array
     embedded: int
@@ -46,7 +48,7 @@ class Tableau:
 
 def implicit_euler() -> Tableau:
     """The backward Euler rule; its damping is its own, not the scene's."""
-    return Tableau("implicit-euler", 1, np.array([[0.0, 0.0], [0.0, 1.0]]), np.array([-0.5, 0.5]), 1)
+    return Tableau("implicit-euler", 1, 1, np.array([[0.0, 0.0], [0.0, 1.0]]), np.array([-0.5, 0.5]), 1)
 
 
 def tr_bdf2() -> Tableau:
@@ -56,7 +58,7 @@ def tr_bdf2() -> Tableau:
     """
     d, w = 1.0 - 0.5 * np.sqrt(2.0), 0.25 * np.sqrt(2.0)
     a = np.array([[0.0, 0.0, 0.0], [d, d, 0.0], [w, w, d]])
-    return Tableau("tr-bdf2", 2, a, np.array([4.0 * w - 1.0, -1.0, 2.0 * d]) / 3.0, 2)
+    return Tableau("tr-bdf2", 2, 2, a, np.array([4.0 * w - 1.0, -1.0, 2.0 * d]) / 3.0, 2)
 
 
 def _rows(*rows: tuple[float, ...]) -> Array:
@@ -90,7 +92,7 @@ def esdirk3() -> Tableau:
         9247589265047 / 10645013368117,
         2193209047091 / 5459859503100,
     )
-    return Tableau("esdirk3", 3, a, a[-1] - other, 2)
+    return Tableau("esdirk3", 3, 3, a, a[-1] - other, 2)
 
 
 def esdirk4() -> Tableau:
@@ -120,7 +122,7 @@ def esdirk4() -> Tableau:
         -3700637 / 11593932,
         61727 / 225920,
     )
-    return Tableau("esdirk4", 4, a, a[-1] - other, 3)
+    return Tableau("esdirk4", 4, 3, a, a[-1] - other, 3)
 
 
 # by name; what each is called by
