@@ -1,0 +1,157 @@
+"""The ribbon as a surface of its true width: the strip along its centreline, at instants of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from ribbonfem import Branch, History, Scene
+from ribbonfem.results import Array
+
+# points along a strip at the least
+_POINTS = 161
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip at several instants or angles.
+
+    Attributes
+    ----------
+    s: (nodes,) arclength, from one clamp to the other, in [0, 1].
+    time: (frames,) s; of a curve of equilibria the number of the row.
+    angle: (frames,) of the clamp, rad; height, (frames,) z(1/2)/L; slope, (frames,) t_z(1/2).
+    centre: (frames, nodes, 3) in L.
+    width: (frames, nodes, 3) unit vectors m2 along the width.
+    normal: (frames, nodes, 3) unit vectors m1.
+    scene: what it is of; its width over L is `half` times two.
+    """
+
+    s: Array
+    time: Array
+    angle: Array
+    height: Array
+    slope: Array
+    centre: Array
+    width: Array
+    normal: Array
+    scene: Scene
+
+    @property
+    def half(self) -> float:
+        """Half the width in L."""
+        return 0.5 * self.scene.ribbon.width / self.scene.ribbon.length
+
+    @property
+    def edges(self) -> Array:
+        """(frames, 2, nodes, 3) the two long edges, in L."""
+        across = self.half * self.width
+        return np.stack((self.centre - across, self.centre + across), axis=1)
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def _frames(s: Array, centre: Array, normals: Array | None) -> tuple[Array, Array]:
+    """m1 and m2 (rows, nodes, 3); `normals` at the nodes, or of a planar beam None."""
+    tangent = _unit(np.gradient(centre, s, axis=1, edge_order=2))
+    if normals is None:
+        # a planar beam bends about its width, which is y
+        m2 = np.zeros_like(centre)
+        m2[..., 1] = -1.0
+        return _unit(np.cross(m2, tangent)), m2
+    m1 = _unit(normals - (normals * tangent).sum(axis=-1, keepdims=True) * tangent)
+    return m1, np.cross(tangent, m1)
+
+
+def _smooth(s: Array, rows: Array) -> tuple[Array, Array]:
+    """Rows (..., nodes, 3) on a fine grid between the clamps: elements have few nodes, rods end beyond."""
+    grid = np.linspace(0.0, 1.0, max(_POINTS, len(s)))
+    spline = make_interp_spline(s, rows, k=min(5, len(s) - 1 - (len(s) % 2)), axis=1)
+    return grid, np.asarray(spline(grid))
+
+
+def _strip(s: Array, positions: Array, normals: Array | None, **columns: Any) -> Strip:
+    """A strip of positions (rows, nodes, 3), and normals at the nodes or between them."""
+    grid, centre = _smooth(s, positions)
+    if normals is not None:
+        at = s if normals.shape[1] == len(s) else 0.5 * (s[1:] + s[:-1])
+        normals = _smooth(at, normals)[1]
+    m1, m2 = _frames(grid, centre, normals)
+    return Strip(s=grid, centre=centre, width=m2, normal=m1, **columns)
+
+
+def of_motion(history: History, frames: int = 150, until: float | None = None) -> Strip:
+    """A motion at equal distances of time: adaptive steps would make a film run unevenly.
+
+    Parameters
+    ----------
+    history: with configurations.
+    frames: how many.
+    until: s, the last instant; by default the end.
+
+    Raises
+    ------
+    ValueError
+        If the history has no configurations.
+    """
+    if "positions" not in history.configurations or not len(history):
+        raise ValueError("a motion without configurations has no shape: simulate with configurations=True")
+    end = float(history.time[-1]) if until is None else min(until, float(history.time[-1]))
+    time = np.linspace(float(history.time[0]), end, frames)
+    k = np.clip(np.searchsorted(history.time, time, side="right") - 1, 0, max(len(history) - 2, 0))
+    after = np.minimum(k + 1, len(history) - 1)
+    span = np.maximum(history.time[after] - history.time[k], 1e-300)
+    share = np.clip((time - history.time[k]) / span, 0.0, 1.0)
+
+    def at(rows: Array) -> Array:
+        weight = share.reshape(-1, *(1,) * (rows.ndim - 1))
+        return np.asarray(rows[k] * (1.0 - weight) + rows[after] * weight)
+
+    normals = history.configurations.get("normals")
+    return _strip(
+        history.arclength,
+        at(history.configurations["positions"]),
+        None if normals is None else at(normals),
+        time=time,
+        angle=at(history.angle),
+        height=at(history.height),
+        slope=at(history.slope),
+        scene=history.scene,
+    )
+
+
+def area(strip: Strip) -> Array:
+    """(frames,) area of the surface in L^2, of quads between the edges."""
+    low, high = strip.edges[:, 0], strip.edges[:, 1]
+    one = np.cross(low[:, 1:] - high[:, :-1], high[:, 1:] - low[:, :-1])
+    return np.asarray(0.5 * np.linalg.norm(one, axis=-1).sum(axis=1))
+
+
+def of_branch(branch: Branch, frames: int = 150) -> Strip:
+    """The planar states of a curve of equilibria, at rows equally far apart in its length.
+
+    Only planar ones: a curve keeps positions and no frames.
+
+    Raises
+    ------
+    ValueError
+        For a sheared scene.
+    """
+    if not branch.scene.planar:
+        raise ValueError("a curve of a sheared ribbon keeps no frames: show a motion, or `state`")
+    rows = np.unique(np.linspace(0, len(branch) - 1, frames).round().astype(int))
+    return _strip(
+        branch.arclength,
+        np.asarray(branch.configurations)[rows],
+        None,
+        time=rows.astype(float),
+        angle=branch.angle[rows],
+        height=branch.height[rows],
+        slope=branch.slope[rows],
+        scene=branch.scene,
+    )

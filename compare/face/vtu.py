@@ -1,0 +1,96 @@
+"""Frames of a motion for ParaView and the like: one VTU an instant, and a PVD that lists them in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.archive import write_whole
+from ribbonfem import History
+from ribbonfem.results import Array
+
+from .surface import Strip, of_motion
+
+# quads across the width
+_ACROSS = 4
+
+
+def _surface(strip: Strip, frame: int) -> tuple[Array, Array]:
+    """Points (nodes * (_ACROSS + 1), 3) and quads of an instant."""
+    lanes = np.linspace(-strip.half, strip.half, _ACROSS + 1)
+    points = strip.centre[frame, :, None] + lanes[None, :, None] * strip.width[frame, :, None]
+    nodes, count = len(strip.s), _ACROSS + 1
+    first = (np.arange(nodes - 1)[:, None] * count + np.arange(_ACROSS)[None, :]).ravel()
+    return points.reshape(-1, 3), np.column_stack((first, first + 1, first + count + 1, first + count))
+
+
+def fields(strip: Strip, frame: int) -> dict[str, Array]:
+    """Fields (nodes,) or (nodes, 3) of an instant: curvatures, twist, velocity, energy density.
+
+    kappa1, kappa2 and tau in 1/L, from the frames; velocity in L/s; the density of bending and twist in
+    EI2/L^2.
+    """
+    t = np.gradient(strip.centre[frame], strip.s, axis=0)
+    t /= np.linalg.norm(t, axis=1)[:, None]
+    m1, m2 = strip.normal[frame], strip.width[frame]
+    turn = np.gradient(t, strip.s, axis=0)
+    kappa1 = -(turn * m2).sum(axis=1)
+    kappa2 = (turn * m1).sum(axis=1)
+    tau = (np.gradient(m1, strip.s, axis=0) * m2).sum(axis=1)
+    ratio, twist = strip.scene.ribbon.bending_ratio, strip.scene.ribbon.twist_ratio
+    before, after = max(frame - 1, 0), min(frame + 1, len(strip.time) - 1)
+    span = max(float(strip.time[after] - strip.time[before]), 1e-300)
+    return {
+        "s": strip.s,
+        "kappa1": kappa1,
+        "kappa2": kappa2,
+        "tau": tau,
+        "velocity": (strip.centre[after] - strip.centre[before]) / span,
+        "energy_density": 0.5 * (ratio * kappa1**2 + kappa2**2 + twist * tau**2),
+        "normal": m1,
+    }
+
+
+def frames(
+    history: History,
+    folder: str | Path,
+    *,
+    count: int = 150,
+    until: float | None = None,
+    progress: Callable[[range], Any] = iter,
+) -> Path:
+    """Write a motion as VTU files with a PVD beside them; returns the PVD's path.
+
+    Parameters
+    ----------
+    history: with configurations.
+    folder: of the files; made if it is not there.
+    count: of frames, at equal distances of time; until, the last instant in s.
+    progress: is given the numbers of the frames, and yields them.
+
+    Raises
+    ------
+    ValueError
+        For a motion without configurations.
+    OSError
+        If the files cannot be written.
+    """
+    import meshio
+
+    where = Path(folder)
+    where.mkdir(parents=True, exist_ok=True)
+    strip = of_motion(history, count, until)
+    entries = []
+    for frame in progress(range(count)):
+        points, quads = _surface(strip, frame)
+        data = {name: np.repeat(values, _ACROSS + 1, axis=0) for name, values in fields(strip, frame).items()}
+        file = f"frame-{frame:05d}.vtu"
+        meshio.Mesh(points, [("quad", quads)], point_data=data).write(where / file)
+        time = float(strip.time[frame])
+        entries.append(f'    <DataSet timestep="{time!r}" group="" part="0" file="{file}"/>')
+    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
+    write_whole(where / "motion.pvd", "\n".join([*lines, *entries, "  </Collection>", "</VTKFile>", ""]))
+    return where / "motion.pvd"
