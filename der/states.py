@@ -101,6 +101,8 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         stable = index == 0
         while index:
             shift *= 4.0
+            if not shift < 1e30:
+                raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: its Hessian is no number")
             factors = hessian.copy()
             factors[: len(gradient), 0] += shift * rod.inertia
             index = kernels.factor(factors, free.start, free.stop)
@@ -110,6 +112,8 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         increment = step[free]
         shift = max(1.0, shift / 16.0)
         size = float(np.abs(increment).max())
+        if not np.isfinite(size):
+            raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: a descent step is no number")
         increment *= min(1.0, 0.1 / size)
         while True:
             trial = problem.advance(state, increment, parameter)

@@ -289,3 +289,12 @@ def test_what_is_usual_is_not_told():
         Ribbon(thickness=0.05, width=0.02)
         Ribbon(length=3e-4, width=6e-5, thickness=3e-6, young=2e11)
         Scene(stop=6.0 * math.pi)
+
+
+def test_a_ribbon_closed_upon_itself_ends_in_an_error():
+    """Where the guess of the start is no number the descent to it used to go on for ever."""
+    for compression, shear in ((1.0 - 1e-14, 0.9935), (1.0 - 1.2e-13, 0.999997)):
+        scene = Scene(compression=compression, shear=shear, start="U+")
+        with pytest.raises((SolverError, SceneError)) as caught:
+            der.folds(scene, nodes=15)
+        one_sentence(caught.value)
