@@ -4,7 +4,7 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 
 * ``tr-bdf2``: trapezoidal rule, then BDF2 (Bank et al. 1985), L-stable, with the embedded
   third-order companion of Hosea and Shampine (1996) as error estimate, on positions alone;
-* ``esdirk3``, ``esdirk4``: L-stable Runge-Kutta methods of higher order (`ribbonfem.stepping.tableaus`);
+* ``esdirk3``, ``esdirk4``: L-stable Runge-Kutta methods of higher order (`ribbonfem.tableaus`);
 * ``implicit-euler``: the paper's (section 3.2), of first order and dissipative;
 * ``newmark``: beta = 1/4, gamma = 1/2, no dissipation, unstable at large nonlinear steps;
 * ``generalised-alpha``: Chung and Hulbert (1993), in the form of Arnold and Bruels (2007);
@@ -27,7 +27,7 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.tableaus import TABLEAUS
+from ribbonfem.tableaus import TABLEAUS
 from ribbonfem.values import handed_over
 
 from . import kernels, plane
@@ -49,9 +49,7 @@ METHODS = MappingProxyType(
     }
 )
 # order of convergence in the step
-ORDERS = MappingProxyType(
-    {name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS}
-)
+ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
 # methods with an estimate of their local error
 ADAPTIVE = ("tr-bdf2", "esdirk3", "esdirk4", "implicit-euler", "newmark", "generalised-alpha")

@@ -1,6 +1,6 @@
 """The compiled time loop of the Kirchhoff rod: stages, Newton, hidden constraints, control of steps.
 
-A diagonally implicit method is a tableau (`stepping.tableaus`), a Newmark-like one its coefficients
+A diagonally implicit method is a tableau (`ribbonfem.tableaus`), a Newmark-like one its coefficients
 (`newmark.Method`): stages of both are solved in one place.  All state is in `Motion` and its
 clock, so that a run that comes back for more rows is bitwise the uninterrupted one.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ribbonfem.results import Array
+from .results import Array
 
 
 @dataclass(frozen=True, eq=False)
