@@ -439,7 +439,8 @@ Motion = namedtuple("Motion", "x v a aux tangent m1 twist clock")
 # arrays that a step overwrites
 Scratch = namedtuple(
     "Scratch",
-    "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies turn",
+    "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies "
+    "turn",
 )
 
 

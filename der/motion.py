@@ -37,9 +37,7 @@ from .states import at_rest, start_state
 
 METHODS = MappingProxyType(
     {
-        "tr-bdf2": kernels.RUNGE_KUTTA,
-        "esdirk3": kernels.RUNGE_KUTTA,
-        "esdirk4": kernels.RUNGE_KUTTA,
+        **dict.fromkeys(TABLEAUS, kernels.RUNGE_KUTTA),
         "implicit-euler": kernels.IMPLICIT_EULER,
         "newmark": kernels.NEWMARK,
         "generalised-alpha": kernels.GENERALISED_ALPHA,
@@ -52,7 +50,7 @@ METHODS = MappingProxyType(
 ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
 # methods with an estimate of their local error
-ADAPTIVE = ("tr-bdf2", "esdirk3", "esdirk4", "implicit-euler", "newmark", "generalised-alpha")
+ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
 TOLERANCE = 1.5e-4
 # bytes by which the rows grow at least

@@ -229,6 +229,6 @@ def test_an_element(copy):
 
 
 def test_a_stepper(copy):
-    with (copy / "ribbonfem/stepping/tableaus.py").open("a", encoding="utf-8") as file:
+    with (copy / "ribbonfem/tableaus.py").open("a", encoding="utf-8") as file:
         file.write(textwrap.dedent(STEPPER))
     assert "ok" in python(copy, script=STEPPER_TEST)

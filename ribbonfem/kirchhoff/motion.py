@@ -225,7 +225,7 @@ def ramp_of(
     if hold <= 1e-12 * turned:
         # beside the ramp such a hold is rounding
         hold = 0.0
-    newton = NEWTON_TOLERANCE if control.tolerance is None else max(1e-11, NEWTON * control.tolerance)
+    newton = NEWTON_TOLERANCE if control.tolerance is None else NEWTON * control.tolerance
     return loop.Ramp(
         rate=rate,
         stop=stop,

@@ -34,7 +34,7 @@ from ribbonfem.tableaus import Tableau
 from . import beam_kernels as kernels
 from .motion import Motion
 
-METHODS = ("tr-bdf2", "esdirk3", "esdirk4", "generalised-alpha", "newmark", "implicit-euler")
+METHODS = (*tableaus.TABLEAUS, "generalised-alpha", "newmark")
 UNTIL = ("end", "snap")
 
 # Newton stops when what it would still change in any position (L) and angle (rad) is below this;
