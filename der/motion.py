@@ -298,6 +298,7 @@ class _Run:
             height=height,
             slope=slope,
             load=load,
+            arclength=np.array(self.rod.arclength),
             energies=dict(zip(("kinetic", "elastic", "dissipated", "work"), energies, strict=True)),
             configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
             stats={

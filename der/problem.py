@@ -58,6 +58,11 @@ class Statics:
         weight[:, :3] = rod.rest
         self.weight = weight.ravel()[rod.free]
 
+    @property
+    def arclength(self) -> Array:
+        """(nodes,) s/L of the nodes whose positions are handed out."""
+        return np.array(self.rod.arclength)
+
     def clamps(self, parameter: float) -> tuple[float, float, float]:
         """Angle, compression and shear at a value of the parameter."""
         values = {"angle": self.angle, "compression": self.compression, "shear": self.shear}

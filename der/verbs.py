@@ -81,9 +81,10 @@ def equilibria(
     and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    curve = whole_curve(Statics(rod), start_state(rod), span, default_steps(rod, steps), unstable)
+    problem = Statics(rod)
+    curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable)
     policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy, "der")
+    return curve.as_branch(scene, policy, "der", problem.arclength)
 
 
 @verb

@@ -70,6 +70,7 @@ def imaged(result: Any, scene: Scene) -> Any:
             slope=-result.slope,
             folds=imaged(result.folds, scene),
             configurations=_positions(result.configurations, scene),
+            arclength=1.0 - result.arclength[::-1],
             scene=scene,
         )
     if isinstance(result, History):
@@ -78,7 +79,8 @@ def imaged(result: Any, scene: Scene) -> Any:
             kept["positions"] = _positions(kept["positions"], scene)
         if "normals" in kept:
             kept["normals"] = kept["normals"][:, ::-1] * _HALF_TURN
-        return replace(result, slope=-result.slope, configurations=kept, scene=scene)
+        arclength = 1.0 - result.arclength[::-1]
+        return replace(result, slope=-result.slope, configurations=kept, arclength=arclength, scene=scene)
     if is_dataclass(result) and not isinstance(result, type) and hasattr(result, "scene"):
         return replace(result, scene=scene)
     return result

@@ -64,6 +64,11 @@ class Fold(Value):
         )
 
 
+def _uniform(positions: Array | None) -> Array:
+    """s/L of nodes at equal distances, where nobody says otherwise; of none where there are none."""
+    return np.linspace(0.0, 1.0, positions.shape[1]) if positions is not None else np.zeros(0)
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Branch(Value):
     """A connected curve of equilibria, one row a point, in the order of the curve.
@@ -78,6 +83,7 @@ class Branch(Value):
     folds: the folds met along the curve, in its order.
     configurations: (rows, nodes, 3) positions in L.
     scene, policy, model: what it was made from.
+    arclength: (nodes,) s/L of the nodes of the configurations.
     """
 
     angle: Array
@@ -90,6 +96,12 @@ class Branch(Value):
     scene: Scene
     policy: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
+    arclength: Array = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.arclength is None:
+            object.__setattr__(self, "arclength", _uniform(self.configurations))
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -133,6 +145,7 @@ class History(Value):
     scene, policy, model: what it was made from.
     load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
         quasi-linear beam); NaN where the program that made the history does not say.
+    arclength: (nodes,) s/L of the nodes of the configurations.
     """
 
     time: Array
@@ -146,10 +159,13 @@ class History(Value):
     policy: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
     load: Array = None  # type: ignore[assignment]
+    arclength: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if self.load is None:
             object.__setattr__(self, "load", np.full(len(self.time), np.nan))
+        if self.arclength is None:
+            object.__setattr__(self, "arclength", _uniform(self.configurations.get("positions")))
         super().__post_init__()
 
     def __len__(self) -> int:

@@ -151,8 +151,8 @@ def test_an_error_that_is_too_large_is_said():
     loose = choose(scene, 1e-3, "fold").run()
     assert loose.met
     assert 0.0 < loose.error <= 1e-3
-    assert len(loose.runs) >= 2
-    assert abs(loose.runs[-1].value - loose.runs[-2].value) == loose.error
+    assert len(loose.runs) >= 3
+    assert abs(loose.runs[-1].value - loose.runs[-2].value) <= loose.error
 
 
 def test_a_smooth_snap_is_not_sensitive():

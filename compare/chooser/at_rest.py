@@ -1,4 +1,4 @@
-"""Folds at rest, refined until two meshes agree: their error is what the meshes show, and not assumed."""
+"""Folds at rest, refined until meshes agree: their error is what the meshes show, and not assumed."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ribbonfem import Fold, Scene, SceneError, SolverError
 
 from .climb import Run, apart
 
-# meshes of the elements at rest, each to be checked by the next: the second is the model's default
+# meshes of the elements at rest, each to be checked by the two before it: the third is the model's default
 AT_REST = {
-    "elastica": (32, 48, 64, 96, 128, 192, 256),
-    "kirchhoff": (24, 32, 48, 64, 96, 128, 192, 256),
+    "elastica": (24, 32, 48, 64, 96, 128, 192, 256),
+    "kirchhoff": (16, 24, 32, 48, 64, 96, 128, 192, 256),
 }
 # elements at which a start that none of the coarser meshes has is given up
 _HOPELESS = 64
@@ -22,7 +22,7 @@ _HOPELESS = 64
 def folds(
     name: str, of: Callable[..., tuple[Fold, ...]], scene: Scene, tolerance: float
 ) -> tuple[float | None, float, tuple[Run, ...], tuple[Fold, ...]]:
-    """The last fold of a slow ramp by finer and finer elements, until two meshes agree to a tolerance.
+    """The last fold of a slow ramp by finer and finer elements, until three meshes agree to a tolerance.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def folds(
 
     Returns
     -------
-    The angle (None where there is no fold), its distance to that of the mesh before, the runs, and the
-    finest mesh's folds.
+    The angle (None where there is no fold), what it differs by from the meshes before, the runs, and
+    the finest mesh's folds.
 
     Raises
     ------
@@ -56,13 +56,19 @@ def folds(
             continue
         angle = found[-1][-1].angle if found[-1] else None
         runs.append(Run(name, policy, angle, time.process_time() - begin))
-        if len(found) > 1:
-            error = math.inf if len(found[-1]) != len(found[-2]) else apart(*(_last(f) for f in found[-2:]))
+        if len(found) > 2:
+            # two meshes may agree by chance: what the one before differs by counts too
+            error = max(_apart(*found[-2:]), 0.5 * _apart(*found[-3:-1]))
         if error <= tolerance:
             break
     if not found:
         raise failure or SolverError(f"{name}: no mesh gave a fold")
     return _last(found[-1]), error, tuple(runs), found[-1]
+
+
+def _apart(coarse: tuple[Fold, ...], fine: tuple[Fold, ...]) -> float:
+    """Distance of the last folds on two meshes; infinite where these have not as many folds."""
+    return apart(_last(coarse), _last(fine)) if len(coarse) == len(fine) else math.inf
 
 
 def _last(folds: tuple[Fold, ...]) -> float | None:

@@ -231,7 +231,7 @@ def require_plane(scene: Scene) -> None:
 
 def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
     if not scene.planar:
-        reason = "a ribbon in three dimensions: geometrically exact elements, refined until two meshes agree"
+        reason = "a ribbon in three dimensions: geometrically exact elements, refined until meshes agree"
         return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
     up = _upward(scene)
     if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
@@ -239,7 +239,7 @@ def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
         if scene.stop is None or abs(value) < abs(scene.stop):
             reason = f"the planar fold is tabulated to {_TABULATED:g} rad"
             return Choice(scene, "fold", tolerance, "prediction", {}, _TABULATED, 1e-4, reason, value)
-    reason = "planar and stable out of plane: the elastica's fold, refined until two meshes agree"
+    reason = "planar and stable out of plane: the elastica's fold, refined until meshes agree"
     return Choice(scene, "fold", tolerance, "elastica", {"extensible": True}, tolerance, 0.1, reason)
 
 

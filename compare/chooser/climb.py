@@ -5,7 +5,8 @@ square of the edge, through the last three meshes at most.  What the extrapolati
 estimated from how far it reaches.  Of two meshes, an eighth of the step to the limit where the
 coarser has 31 nodes, and less in proportion to the square of its edge; of three, a quarter of the
 difference to the limit of the last two; of either, all of it where the step is as long as 0.04 rad, or
-not short against the angle itself, for then the meshes do not yet see the same.
+not short against the angle itself, for then the meshes do not yet see the same; and never less than the
+part of the step that this makes.
 
 A ribbon that rattles between its two snaps remembers every error made on the way.  Where its free
 vibration has not died out when it snaps again the error in time is measured too.  What does not
@@ -102,7 +103,8 @@ def limit_of(values: Sequence[float], meshes: Sequence[int]) -> tuple[float, flo
     far = 25.0 * reach + 1.5 * reach / max(abs(best), reach)
     if len(recent) == 2:
         return best, reach * (0.12 * (29.0 / (meshes[-2] - 2.0)) ** 2 + far)
-    return best, abs(best - limit(2)) * (0.25 + far)
+    # the two limits may agree by chance, and then say nothing of a long step
+    return best, max(abs(best - limit(2)) * (0.25 + far), 0.4 * reach * far)
 
 
 def _angle(history: History, quantity: str) -> float | None:

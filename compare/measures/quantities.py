@@ -129,16 +129,6 @@ class Shape(Value):
         return float(np.sqrt(np.trapezoid(off.sum(axis=1), s)))
 
 
-def arclength(name: str, count: int, policy: Mapping[str, Any]) -> Array:
-    """Arclength (count,) of the points that `equilibria` and `simulate` return positions of, but kirchhoff's.
-
-    The first and last edge of a centred rod lie half outside [0, 1].
-    """
-    if name == "der" and policy.get("clamp", "centred") == "centred":
-        return (np.arange(count) - 0.5) / (count - 2)
-    return np.linspace(0.0, 1.0, count)
-
-
 def step_at(history: History, angle: float) -> tuple[slice, Array]:
     """Rows around the instant at which the ramp reaches `angle`, and their weights in cubic interpolation.
 
@@ -167,7 +157,7 @@ def shape_at(history: History, name: str, angle: float) -> Shape:
     """The shape at the instant of the ramp at which the clamp has turned by `angle`."""
     rows, weights = step_at(history, angle)
     r = np.einsum("k,kij->ij", weights, history.configurations["positions"][rows])
-    return Shape(arclength(name, len(r), history.policy), r)
+    return Shape(history.arclength, r)
 
 
 def energy_at(history: History, angle: float) -> float:
@@ -210,7 +200,7 @@ def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
     still = replace(scene, rate=1.0, stop=_STILL, hold=0.0)
     history: History = verb_of(name, "simulate")(still, **policy)
     r = history.configurations["positions"][0]
-    shape = Shape(arclength(name, len(r), history.policy), r)
+    shape = Shape(history.arclength, r)
     return Rest(shape, float(history.energies["elastic"][0]), float(history.height[0]))
 
 

@@ -40,7 +40,7 @@ class Curve:
     branch_points: tuple[Fold, ...]
     positions: Array
 
-    def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str) -> Branch:
+    def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str, arclength: Array) -> Branch:
         """The same curve as a `Branch` that carries what it was made from."""
         mesh = {name: value for name, value in policy.items() if name in MESH}
         of: dict[str, Any] = {"model": model, "scene": scene, "policy": mesh}
@@ -55,6 +55,7 @@ class Curve:
             scene=scene,
             policy=dict(policy),
             model=model,
+            arclength=arclength,
         )
 
 

@@ -79,6 +79,11 @@ class Statics:
         self.weight = np.zeros(mesh.count)
         self.weight[mesh.degree - 1 : mesh.count - 2 : mesh.degree] = PARAMETER_WEIGHT / mesh.elements
 
+    @property
+    def arclength(self) -> Array:
+        """(nodes,) s/L of the nodes whose positions are handed out."""
+        return np.linspace(0.0, 1.0, self.mesh.elements + 1)
+
     def start(self) -> _State:
         """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
         phi = np.zeros(self.mesh.count)

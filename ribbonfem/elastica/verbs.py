@@ -124,7 +124,7 @@ def equilibria(
     problem = _problem(scene, elements, extensible)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy, "elastica")
+    return curve.as_branch(scene, policy, "elastica", problem.arclength)
 
 
 @verb
@@ -187,4 +187,4 @@ def simulate(
         "until": until,
     }
     motion.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
-    return motion.as_history(scene, policy, model="elastica")
+    return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)

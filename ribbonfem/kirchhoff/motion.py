@@ -247,9 +247,12 @@ def ramp_of(
 class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
-    def __init__(self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool):
+    def __init__(
+        self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool, s: Array
+    ) -> None:
         elements = len(rod.weights)
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
+        self.arclength = s
         self.solver = tangent.solver(elements)
         self.scratch = loop.scratch(elements, scheme.stages)
         nodes = len(motion.x)
@@ -286,6 +289,7 @@ class Run:
             energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
             configurations=kept,
             load=columns[8],
+            arclength=self.arclength,
             stats={
                 "steps": int(clock[loop.STEPS]),
                 "newton_iterations": int(clock[loop.NEWTON]),
@@ -321,10 +325,10 @@ def integrate(
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
-        Run(rod, scheme, at_rest(problem, start), False).go(
+        Run(rod, scheme, at_rest(problem, start), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
         )
-    run = Run(rod, scheme, at_rest(problem, start), configurations)
+    run = Run(rod, scheme, at_rest(problem, start), configurations, problem.arclength)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

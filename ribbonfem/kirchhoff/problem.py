@@ -102,6 +102,8 @@ class Statics:
         for i in range(degree + 1):
             self.mass[i : i + elements * degree : degree] += lumps[i]
         inner = len(self.tables.nodes) - 2
+        # s/L of the nodes
+        self.arclength = self.tables.nodes
         self.weight = np.zeros(4 * inner + 3)
         # |dg| is half the angle
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner

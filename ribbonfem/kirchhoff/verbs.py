@@ -156,7 +156,7 @@ def equilibria(
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
     curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
-    return curve.as_branch(scene, policy, "kirchhoff")
+    return curve.as_branch(scene, policy, "kirchhoff", problem.arclength)
 
 
 @verb

@@ -65,6 +65,11 @@ class Statics:
     def _matrix(self, basis: Any, form: Any) -> Any:
         return BilinearForm(form).assemble(basis)[self.order][:, self.order].tocsr()
 
+    @property
+    def arclength(self) -> Array:
+        """(nodes,) s/L of the nodes whose positions are handed out."""
+        return np.linspace(0.0, 1.0, self.elements + 1)
+
     def start(self) -> _State:
         """The buckled beam at alpha = 0: Euler's clamped mode, on the side of the scene's start."""
         x = np.linspace(0.0, 1.0, self.elements + 1)

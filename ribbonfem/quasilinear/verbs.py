@@ -94,7 +94,9 @@ def equilibria(
     """
     problem = Statics(scene, elements)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
-    return curve.as_branch(scene, {"elements": elements, "span": span, "unstable": unstable}, "quasilinear")
+    return curve.as_branch(
+        scene, {"elements": elements, "span": span, "unstable": unstable}, "quasilinear", problem.arclength
+    )
 
 
 @verb
@@ -153,4 +155,4 @@ def simulate(
         "spectral_radius": spectral_radius,
         "until": until,
     }
-    return motion.as_history(scene, policy, model="quasilinear", length=length)
+    return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)

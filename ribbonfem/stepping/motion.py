@@ -32,7 +32,13 @@ class Motion:
     problem: str
 
     def as_history(
-        self, scene: Scene, policy: Mapping[str, Any], *, model: str, length: float = 1.0
+        self,
+        scene: Scene,
+        policy: Mapping[str, Any],
+        *,
+        model: str,
+        arclength: Array,
+        length: float = 1.0,
     ) -> History:
         """The motion in the units of `History`; `length` is the beam's own unit of height, in L.
 
@@ -54,6 +60,7 @@ class Motion:
             energies=dict(zip(ENERGIES, energies, strict=True)),
             configurations={"positions": positions},
             load=load,
+            arclength=arclength,
             stats=self.stats,
             scene=scene,
             policy=policy,

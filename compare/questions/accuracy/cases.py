@@ -100,7 +100,7 @@ FAMILIES = (
     Family("elastica", "elastica", ("static-planar", "dynamic-planar")),
     Family("elastica-EA", "elastica", ("static-planar", "dynamic-planar"), _EA),
     Family("kirchhoff", "kirchhoff", ("static-planar", "static-ribbon")),
-    Family("kirchhoff-EA", "kirchhoff", ("static-planar", "static-ribbon"), _EA),
+    Family("kirchhoff-EA", "kirchhoff", GROUPS, _EA),
     Family("der", "der", GROUPS),
 )
 
@@ -114,14 +114,16 @@ _STATIC_MESHES = {
 _ADAPTIVE = {
     "quasilinear": ((8, 16, 32, 64), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
     "elastica": ((6, 8, 10, 12, 16, 24), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
+    "kirchhoff": ((4, 6, 8, 10), (1e-4, 3e-5, 1e-5, 3e-6)),
     "der": ((51, 71, 101, 151, 201), (3e-3, 1e-3, 3e-4, 1e-4, 3e-5)),
 }
 # other methods on one mesh: the tolerances of those with an error estimate (newmark's estimate
 # sees the multipliers' noise and stalls), and the fixed steps (s)
-_OTHER_MESH = {"quasilinear": 16, "elastica": 8, "der": 101}
+_OTHER_MESH = {"quasilinear": 16, "elastica": 8, "kirchhoff": 6, "der": 101}
 _OTHER_TOLERANCES = {
     "quasilinear": (1e-4, 1e-5, 1e-6),
     "elastica": (1e-4, 1e-5, 1e-6),
+    "kirchhoff": (1e-4, 1e-5),
     "der": (1e-3, 1e-4),
 }
 _STEPS = {
@@ -189,12 +191,14 @@ def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
     mesh = "nodes" if rods else "elements"
     clamp = {"clamp": "centred"} if rods else {}
     sizes, tolerances = _ADAPTIVE[name]
+    default = str(defaults_of(name, "simulate")["method"])
     for size in sizes:
         for tolerance in tolerances:
-            yield {mesh: size, **clamp, "method": "tr-bdf2", "tolerance": tolerance}
+            yield {mesh: size, **clamp, "method": default, "tolerance": tolerance}
     other = {mesh: _OTHER_MESH[name], **clamp}
     for tolerance in _OTHER_TOLERANCES[name]:
-        yield {**other, "method": "generalised-alpha", "tolerance": tolerance}
+        for adaptive in ("generalised-alpha", *(("tr-bdf2",) if default != "tr-bdf2" else ())):
+            yield {**other, "method": adaptive, "tolerance": tolerance}
     for method, steps in (_ROD_STEPS if rods else _STEPS).items():
         for step in steps:
             yield {**other, "method": method, "step": step}

@@ -33,6 +33,8 @@ _NAMES = {
 _MARKERS = {
     None: "o",
     "tr-bdf2": "o",
+    "esdirk4": "o",
+    "esdirk3": "<",
     "generalised-alpha": "^",
     "newmark": "s",
     "implicit-euler": "v",
