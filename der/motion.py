@@ -4,6 +4,7 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 
 * ``tr-bdf2``: trapezoidal rule, then BDF2 (Bank et al. 1985), L-stable, with the embedded
   third-order companion of Hosea and Shampine (1996) as error estimate, on positions alone;
+* ``esdirk3``, ``esdirk4``: L-stable Runge-Kutta methods of higher order (`ribbonfem.tableaus`);
 * ``implicit-euler``: the paper's (section 3.2), of first order and dissipative;
 * ``newmark``: beta = 1/4, gamma = 1/2, no dissipation, unstable at large nonlinear steps;
 * ``generalised-alpha``: Chung and Hulbert (1993), in the form of Arnold and Bruels (2007);
@@ -26,6 +27,7 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.tableaus import TABLEAUS
 from ribbonfem.values import handed_over
 
 from . import kernels, plane
@@ -35,7 +37,7 @@ from .states import at_rest, start_state
 
 METHODS = MappingProxyType(
     {
-        "tr-bdf2": kernels.TR_BDF2,
+        **dict.fromkeys(TABLEAUS, kernels.RUNGE_KUTTA),
         "implicit-euler": kernels.IMPLICIT_EULER,
         "newmark": kernels.NEWMARK,
         "generalised-alpha": kernels.GENERALISED_ALPHA,
@@ -45,10 +47,10 @@ METHODS = MappingProxyType(
     }
 )
 # order of convergence in the step
-ORDERS = MappingProxyType({name: 1 if name == "implicit-euler" else 2 for name in METHODS})
+ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
 # methods with an estimate of their local error
-ADAPTIVE = ("tr-bdf2", "implicit-euler", "newmark", "generalised-alpha")
+ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
 TOLERANCE = 1.5e-4
 # bytes by which the rows grow at least
@@ -141,6 +143,8 @@ def simulate(
         _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
+    # (the others have no use for it)
+    tableau = TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
     policy = kernels.Policy(
         METHODS[method],
         0.0 if fixed is None else fixed / unit,
@@ -149,6 +153,10 @@ def simulate(
         float(np.inf),
         1e-9,
         float(spectral_radius),
+        tableau.a,
+        tableau.c,
+        tableau.error,
+        ORDERS[method] + 1.0 if METHODS[method] != kernels.RUNGE_KUTTA else tableau.embedded + 1.0,
     )
     given = {
         "nodes": nodes,
@@ -236,9 +244,9 @@ class _Run:
             m1=state.m1.copy(),
             twist=state.twist.copy(),
             dq=np.zeros(size),
-            dq1=np.zeros(size),
+            stage_v=np.zeros((len(policy.table), size)),
+            stage_a=np.zeros((len(policy.table), size)),
             v=np.zeros(size),
-            v1=np.zeros(size),
             b=np.zeros(size),
             gradient=np.zeros(size),
             gradient1=np.zeros(size),

@@ -1,6 +1,6 @@
 """The compiled time loop of the Kirchhoff rod: stages, Newton, hidden constraints, control of steps.
 
-A diagonally implicit method is a tableau (`stepping.tableaus`), a Newmark-like one its coefficients
+A diagonally implicit method is a tableau (`ribbonfem.tableaus`), a Newmark-like one its coefficients
 (`newmark.Method`): stages of both are solved in one place.  All state is in `Motion` and its
 clock, so that a run that comes back for more rows is bitwise the uninterrupted one.
 
@@ -11,6 +11,7 @@ sums, normalised, do not depend on the frame.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +55,10 @@ GROWTH = 0.25
 DEPARTED = 1e-6
 # relative change of 1 / (step)^2 for which factors are kept
 KEEP = 0.4
+# 1/t*; stages shorter than one over this are solved the closer the shorter they are
+RESOLVED = 100.0
+# L; Newton tries no harder, and takes it for rounding if increments below the second do not fall
+SMALLEST_CHANGE, ROUNDING = 1e-12, 1e-11
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
@@ -202,6 +207,9 @@ def _newton(
     nodes = g0.shape[0]
     sigma = 1.0 / b + nu * f / b
     fresh = not abs(clock[SIGMA] - sigma) <= KEEP * sigma
+    # What Newton leaves in a position, over the step, is in the velocity; all to one side it feeds
+    # the ringing.
+    tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
     before = rate = 0.0
     made = 0
     for i in range(1, nodes - 1):
@@ -238,7 +246,7 @@ def _newton(
                 size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
         # a comparison that NaN fails; max() may hide one in either argument
         good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
-        if not fresh and (not good or (iteration > 1 and size > 0.5 * before)):
+        if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
             # the old factors are no good here: take no step with them
             fresh = True
             continue
@@ -256,7 +264,7 @@ def _newton(
         if before > 0.0:
             rate = min(0.9, size / before)
             left = size * rate / (1.0 - rate)
-        if size < ramp.newton or left < ramp.newton:
+        if min(size, left) < tolerance or (size < ROUNDING and rate > 0.3):
             for i in range(1, nodes - 1):
                 t.x[i, 3] = twist(g0, t.g, i)
                 for c in range(4):

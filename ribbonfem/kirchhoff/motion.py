@@ -78,7 +78,7 @@ def simulate(
     scene: with a `stop`, of any shear.
     elements: an even number of at least 4; errors fall as elements^-10.
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
-    method: "esdirk4", "esdirk3" (`stepping.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
         (trapezoidal) or "implicit-euler".
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
     tolerance: of the adaptive step, the local error of positions in L, shortened while
@@ -225,7 +225,7 @@ def ramp_of(
     if hold <= 1e-12 * turned:
         # beside the ramp such a hold is rounding
         hold = 0.0
-    newton = NEWTON_TOLERANCE if control.tolerance is None else max(1e-11, NEWTON * control.tolerance)
+    newton = NEWTON_TOLERANCE if control.tolerance is None else NEWTON * control.tolerance
     return loop.Ramp(
         rate=rate,
         stop=stop,
