@@ -135,8 +135,6 @@ class Choice(Value):
             settled = _by_elements(self)
         elif self.model == "folds":
             settled = _slow(self)
-        elif self.model == "der":
-            settled = _climbed(self, first=int(self.policy["first"]))
         elif "elements" in self.policy:
             settled = _once(self)
         else:
