@@ -182,7 +182,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
             )
         )
         found = question.main(sweep=sweep, **{name: options[name] for name in names})
-        section, left_out = publish(question, found, out)
+        section, left_out = publish(question, found, out, progress)
         if not question.keep and sweep.store is not None:
             sweep.store.clear()
     _told(left_out, prog)
@@ -196,7 +196,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
 def _report(arguments: Sequence[str]) -> int:
     """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
     from compare.archive import load
-    from compare.face.report import PAGE, require_room, write_page, write_section
+    from compare.face.report import PAGE, add_pictures, require_room, write_page, write_section
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
     parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
@@ -212,7 +212,11 @@ def _report(arguments: Sequence[str]) -> int:
         if kept.exists():
             try:
                 found, question = load(kept), named(name)
-                write_section(question.section(found), out, ORDER, question.drawings(found))
+                section, _ = write_section(question.section(found), out, ORDER, question.drawings(found))
+                # films are not drawn again: those that lie there are shown
+                films = [picture for picture in question.films(found) if (out / picture.file).exists()]
+                if films:
+                    add_pictures(section, out, ORDER, films)
             except Exception as error:
                 # a spoilt result, or one of another version: told, and the others are drawn
                 failed[kept.name] = " ".join(f"{type(error).__name__}: {error}".split())[:200]

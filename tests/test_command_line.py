@@ -175,13 +175,13 @@ def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
 def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):
     words = ["run", str(scene), "--motion", "--tolerance", "1e-2", "--out", str(tmp_path), "--quiet"]
     assert main(words) == 0
-    kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*")}
+    kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")}
     page = (tmp_path / report.PAGE).read_bytes()
     assert {"run.json", "run.found", "run-motion.png"} <= set(kept)
     for name in ("run.json", "run-motion.png", report.PAGE):
         (tmp_path / name).unlink()
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
-    assert {path.name: path.read_bytes() for path in tmp_path.glob("run*")} == kept
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")} == kept
     assert (tmp_path / report.PAGE).read_bytes() == page
     (tmp_path / "run.found").write_bytes(b"spoilt")
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0

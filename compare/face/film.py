@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
 from ribbonfem import History
 
@@ -27,12 +28,17 @@ def _state(height: float, slope: float) -> str:
     return u + ("S-" if height * slope > 0.0 else "S+")
 
 
+def _as_placed() -> PlaceHolderLayoutEngine:
+    """Axes stay where they are put; `layout="none"` is forgotten by matplotlib with the first frame saved."""
+    return PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=False)
+
+
 class _Stage:
     """The axes of a film, and what in them moves."""
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History) -> None:
         self.strip = strip
-        self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100)
+        self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
         self.above = self.figure.add_axes((0.09, 0.12, 0.40, 0.24))
         self.plot = self.figure.add_axes((0.66, 0.13, 0.32, 0.76))
@@ -155,7 +161,7 @@ def stills(history: History, instants: Any, titles: Any = ()) -> Any:
     """The ribbon at some instants (s), side by side in perspective, as the paper's Fig. 2 shows shapes."""
     instants = np.atleast_1d(np.asarray(instants, dtype=float))
     columns = len(instants)
-    fig = plt.figure(figsize=(2.9 * columns, 2.6))
+    fig = plt.figure(figsize=(2.9 * columns, 2.6), layout=_as_placed())
     lows, highs = [], []
     strips = []
     for instant in instants:

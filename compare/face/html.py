@@ -40,7 +40,8 @@ def _picture(picture: Picture, folder: Path) -> str:
         return f'<p class="note">{caption} (not shown: {file} is no file of this folder)</p>'
     if not path.is_file():
         return f'<p class="note">{caption} (not drawn: {file} is missing)</p>'
-    data = f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
+    kind = "gif" if path.suffix == ".gif" else "png"
+    data = f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
     return (
         f'<figure><a href="{file}" title="full size"><img alt="{caption}" src="{data}"></a>'
         f"<figcaption>{caption}</figcaption></figure>"

@@ -126,7 +126,11 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
 
 
 def area(strip: Strip) -> Array:
-    """(frames,) area of the surface in L^2, of quads between the edges."""
+    """(frames,) area of the surface in L^2, of quads between the edges seen along their normals.
+
+    That is W L. Cross-sections of a rod stay straight, so twist lengthens its edges, and the surface
+    that they sweep is larger, by (W tau)^2 / 24 of it.
+    """
     low, high = strip.edges[:, 0], strip.edges[:, 1]
     one = np.cross(low[:, 1:] - high[:, :-1], high[:, 1:] - low[:, :-1])
     return np.asarray(0.5 * np.linalg.norm(one, axis=-1).sum(axis=1))
