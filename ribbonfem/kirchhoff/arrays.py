@@ -14,8 +14,10 @@ from .tangent import P
 DONE, FULL, STUCK, GREW = 0, 1, 2, 3
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON, REJECTED, ROWS = range(10)
-MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY = range(10, 22)
-CLOCK_SIZE = 22
+MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY, EXCESS = range(
+    10, 23
+)
+CLOCK_SIZE = 23
 # columns of `rows`
 ROW_SIZE = 9  # time, angle, height, slope, kinetic, elastic, dissipated, work, load
 

@@ -18,6 +18,7 @@ from .arrays import (
     CARRY,
     DISSIPATED,
     DONE,
+    EXCESS,
     FULL,
     GREW,
     KINK,
@@ -50,6 +51,10 @@ from .tangent import P, Rod, Solver, _options, add_element, clamp_moment
 GROWTH = 0.25
 # a height counts as on one side of zero once it has been this far from it, L: rounding has no side
 DEPARTED = 1e-6
+# part of it that an adaptive step may gain: a method that damps little may pump what it does not resolve
+GAIN = 1e-3
+# t*; a shorter step is taken whatever it gains
+SHORT = 1e-6
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
@@ -68,6 +73,18 @@ def _kinetic(rod: Rod, v: Array) -> float:
         for c in range(4):
             total += rod.inertia[i, c] * v[i, c] * v[i, c]
     return 0.5 * total
+
+
+@njit(**_options)
+def _elastic(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
+    """Elastic energy; overwrites residuals."""
+    for i in range(g.shape[0]):
+        for c in range(3):
+            s.fr[i, c] = s.fp[i, c] = 0.0
+    total = 0.0
+    for e in range(rod.weights.shape[0]):
+        total += add_element(rod, s, e, x, g, n)
+    return total
 
 
 @njit(**_options)
@@ -162,12 +179,8 @@ def _accept(m: Scheme, y: Motion, t: Scratch) -> None:
 def _record(rod: Rod, s: Solver, y: Motion, angle: float, rows: Array, row_x: Array, row_m1: Array) -> float:
     """Write the next row, configurations if there is room for them; return the elastic energy."""
     clock, row = y.clock, int(y.clock[ROWS])
-    for i in range(y.g.shape[0]):
-        for c in range(3):
-            s.fr[i, c] = s.fp[i, c] = 0.0
-    elastic = load = 0.0
+    elastic, load = _elastic(rod, s, y.x, y.g, y.n), 0.0
     for e in range(rod.weights.shape[0]):
-        elastic += add_element(rod, s, e, y.x, y.g, y.n)
         for k in range(P):
             load -= rod.weights[e, k] * y.n[e, k, 0]
     rows[row, 0] = clock[TIME]
@@ -225,6 +238,7 @@ def run(
             clock[WORK] += 0.5 * (before + spin) * impulse
             y.auxiliary[:] = y.a
             kinetic = _kinetic(rod, y.v)
+            clock[EXCESS] = kinetic + _elastic(rod, s, y.x, y.g, y.n) + clock[DISSIPATED] - clock[WORK]
             clock[POWER] = 2.0 * nu * kinetic
             clock[MOMENT] = clamp_moment(rod, s, y.x, y.g, y.n)
             if clock[STEPS] == 0.0:
@@ -314,6 +328,17 @@ def run(
             factor = max(0.2, factor)
             if 1.0 < factor < LEAST_GROWTH:
                 factor = 1.0
+        if m.kind == DIRK:
+            kinetic = _kinetic(rod, t.v)
+            lost = h * (lost + m.a[last, last] * 2.0 * nu * kinetic)
+            work = (angle - angle0) * (work + m.a[last, last] * clamp_moment(rod, s, t.x, t.g, t.n))
+            excess = kinetic + _elastic(rod, s, t.x, t.g, t.n) + clock[DISSIPATED] + lost - clock[WORK] - work
+            if ramp.fixed == 0.0 and h > SHORT and excess - clock[EXCESS] > GAIN * clock[PEAK]:
+                clock[POINTS] = known
+                clock[REJECTED] += 1.0
+                clock[STEP] = 0.5 * h
+                continue
+            clock[EXCESS] = excess
         _accept(m, y, t)
         if m.project:
             project(rod, s, y, t, spin, ramp)
@@ -322,8 +347,8 @@ def run(
         kinetic = _kinetic(rod, y.v)
         moment, power = clamp_moment(rod, s, y.x, y.g, y.n), 2.0 * nu * kinetic
         if m.kind == DIRK:
-            clock[WORK] += (angle - angle0) * (work + m.a[last, last] * moment)
-            clock[DISSIPATED] += h * (lost + m.a[last, last] * power)
+            clock[WORK] += work
+            clock[DISSIPATED] += lost
         else:
             clock[WORK] += 0.5 * (angle - angle0) * (clock[MOMENT] + moment)
             clock[DISSIPATED] += 0.5 * h * (clock[POWER] + power)

@@ -82,8 +82,9 @@ def simulate(
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
         (trapezoidal) or "implicit-euler".
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
-    tolerance: of the adaptive step, the local error of positions in L, shortened while
-        the ribbon creeps (by 0.01 at most); 3e-5 if neither is given.
+    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
+        ribbon creeps (down to 0.01 of it); 3e-5 if neither is given.  A step that gains a
+        thousandth of the energy from nowhere is halved too.
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
         balance of the rods and of the paper.
