@@ -33,7 +33,7 @@ from ribbonfem.values import handed_over
 from . import kernels, plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
-from .states import at_rest, start_state
+from .states import start_state
 
 METHODS = MappingProxyType(
     {
@@ -140,7 +140,7 @@ def simulate(
         # as the loop computes it, and no later by a hold that is rounding beside it
         turned + (hold if hold > 1e-12 * turned else 0.0),
         float(scene.damping * unit),
-        _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
+        _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
     # (the others have no use for it)

@@ -20,6 +20,7 @@ the mesh, and inside the elements everything is eliminated (`tangent`): six unkn
 from __future__ import annotations
 
 import time as clock_time
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -114,7 +115,7 @@ def simulate(
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
-    barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
+    barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
     policy = {
         "elements": elements,
@@ -131,12 +132,14 @@ def simulate(
     return integrate(problem, start, scene, control, ramp, policy, configurations)
 
 
-def lowest_saddle(problem: Statics, state: Frames, scene: Scene) -> float:
-    """Lowest energy of the states with one unstable direction at `stop`, on the curve through a state.
+@lru_cache(maxsize=16)
+def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: bool) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
     -inf if there is none: nothing is then decided early.
     """
-    angle, steps = scene.require_stop(), steps_for(scene)
+    problem, state = states.named(scene, elements=elements, extensible=extensible)
+    steps = steps_for(scene)
     energies = []
     for sign in (-1.0, 1.0):
         for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
