@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ribbonfem.closed_form import closed_form_fold
-from ribbonfem.continuation import Event, Point, Problem, State, Steps
+from ribbonfem.continuation import Event, Point, Problem, State, Steps, equilibrium
 from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.continuation.vibration import InertialProblem
 from ribbonfem.policy import refuse
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
+
+# amplitudes are in L: far above rounding, far below where the next order counts
+_REACH = 4e-3
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,16 @@ class NormalForm:
     ----------
     angle: alpha_c, rad.
     product: c a2 in s^-4 / rad, positive where the fold is met with growing alpha.
+    quadratic: a2 in s^-2, with A in L and the whole ribbon of mass 1.
+    cubic: gamma = a3 / a2^2 in s^2.
+    mixed: beta = b / (c a2) in s^2; these three are NaN where only the leading order is known.
     """
 
     angle: float
     product: float
+    quadratic: float = math.nan
+    cubic: float = math.nan
+    mixed: float = math.nan
 
 
 def _second_derivative(problem: Problem[State], point: Point[State], null: Array, reach: float) -> float:
@@ -70,9 +79,47 @@ def normal_form(problem: InertialProblem[State], fold: Event[State]) -> NormalFo
     mass = float(fold.null @ problem.momentum(point.state, fold.null))
     null = fold.null / math.sqrt(mass)
     c = -float(null @ point.linearisation.slope)
-    # amplitudes are in L: far above rounding, far below where the next order counts
-    a2 = -0.5 * _second_derivative(problem, point, null, 4e-3)
-    return NormalForm(float(point.parameter), c * a2 / problem.unit**4)
+    a2 = -0.5 * _second_derivative(problem, point, null, _REACH)
+    cubic, mixed = _next_order(problem, point, null, c, a2)
+    return NormalForm(
+        float(point.parameter),
+        c * a2 / problem.unit**4,
+        a2 / problem.unit**2,
+        cubic * problem.unit**2,
+        mixed * problem.unit**2,
+    )
+
+
+def _next_order(
+    problem: InertialProblem[State], point: Point[State], null: Array, c: float, a2: float
+) -> tuple[float, float]:
+    """gamma and beta in t*^2, from the branch on both sides of the fold.
+
+    With y^2 = c a2 (alpha_c - alpha), y > 0 on the stable side, the reduced equation has
+
+        omega^2 = 2 y (1 - gamma y + ...),   |dX/dalpha|_M^2 = (c / 2 y)^2 (1 + 2 (gamma - beta) y + ...)
+
+    along the branch: neither knows how the amplitude was chosen.  Their odd parts, extrapolated once.
+    """
+
+    def odd(reach: float) -> Array:
+        sides = []
+        for y in (reach, -reach):
+            angle = point.parameter - y * y / (c * a2)
+            state = problem.advance(point.state, -y / a2 * null, angle)
+            state, line = equilibrium(problem, state, angle)
+            square = frequency(problem, state, angle) * problem.unit**2
+            along = -line.solve(line.slope)
+            # of the motion with the clamp turning at 1 rad, but for what does not grow at the fold
+            both = 2.0 * problem.momentum(state, along, 1.0) - problem.momentum(state, along)
+            speed = float(along @ both)
+            sides.append((square / y, 0.25 * c * c / (speed * y * y)))
+        ahead, behind = np.array(sides)
+        return -0.25 * (ahead - behind) / reach
+
+    reach = _REACH * abs(a2)
+    cubic, shape = (4.0 * odd(0.5 * reach) - odd(reach)) / 3.0
+    return float(cubic), float(cubic - shape)
 
 
 def ramp_normal_forms(

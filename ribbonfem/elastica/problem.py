@@ -144,13 +144,13 @@ class Statics:
         np.add.at(total, self.mesh.dofs, local)
         return total
 
-    def momentum(self, state: _State, velocity: Array) -> Array:
-        """M v of rates of phi and n: of the motion of r that follows from them, seen by the same unknowns."""
+    def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of rates of phi, n and alpha: of the motion of r that follows, seen by the same unknowns."""
         mesh, c = self.mesh, self.compliance
         cos, sin, along, across = self._section(state)
         stretch = 1.0 + c * along
         phi = np.zeros(mesh.count)
-        phi[1:-1] = velocity[:-2]
+        phi[0], phi[1:-1] = -turning, velocity[:-2]
         turn = mesh.at_gauss(phi, mesh.value)
         moment, force = np.zeros(mesh.count), np.zeros(2)
         for t, normal in ((cos, -sin), (sin, cos)):

@@ -238,14 +238,16 @@ class Statics:
         result = np.einsum("ik,eib->ekb", tables.partial[:-1], inside) / tables.elements
         return np.asarray(result + tables.weights[:, :, None] * beyond[:, None])
 
-    def momentum(self, state: Frames, velocity: Array) -> Array:
-        """M v of rates of g and n: of the motion of r that follows from them, and of the spin about t.
+    def momentum(self, state: Frames, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of rates of g, n and alpha: of the motion of r that follows, and of the spin about t.
 
         Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
         """
         tables, c = self.tables, self.soft
         rate = np.zeros_like(state.g)
         rate[1:-1] = velocity[:-3].reshape(-1, 4)
+        # by half the angle about y
+        rate[0, 0], rate[0, 2] = -0.5 * turning * state.g[0, 2], 0.5 * turning * state.g[0, 0]
         local = np.arange(tables.elements)[:, None] * tables.degree + np.arange(tables.degree + 1)
         q = np.einsum("ki,eic->ekc", tables.value, state.g[local])
         turning = np.einsum("ki,eic->ekc", tables.value, rate[local])
