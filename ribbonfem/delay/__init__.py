@@ -19,6 +19,8 @@ SIAM J. Appl. Math. 47 (1987) 1; M. Liu, M. Gomez & D. Vella, J. Mech. Phys. Sol
 """
 
 from .curve import universal
+from .departure import Departure, departure, scene_departure
+from .next_order import cubic_curve, escape_time
 from .normal_form import (
     NormalForm,
     frequency,
@@ -31,12 +33,17 @@ from .prediction import Delay, predict
 
 __all__ = [
     "Delay",
+    "Departure",
     "NormalForm",
+    "cubic_curve",
+    "departure",
+    "escape_time",
     "frequency",
     "normal_form",
     "predict",
     "product_from_frequencies",
     "quasilinear_normal_form",
     "ramp_normal_forms",
+    "scene_departure",
     "universal",
 ]

@@ -29,8 +29,8 @@ class _Left:
         return float(y[0]) - _LEFT
 
 
-def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
-    """a and a' at t = -s on the solution that follows -sqrt(-t), by its series in s^(-1/2)."""
+def outer_series(inertia: float, friction: float) -> Array:
+    """Coefficients of s^(1/2 - k/2) of the solution that follows -sqrt(-t), t = -s."""
     k = np.arange(_TERMS)
     power = 0.5 - 0.5 * k
     a = np.zeros(_TERMS)
@@ -42,6 +42,13 @@ def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
         if m >= 5:
             right += inertia * power[m - 5] * (power[m - 5] - 1.0) * a[m - 5]
         a[m] = right / (2.0 * a[0])
+    return a
+
+
+def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
+    """a and a' at t = -s on the solution that follows -sqrt(-t)."""
+    a = outer_series(inertia, friction)
+    power = 0.5 - 0.5 * np.arange(_TERMS)
     return float(a @ s**power), float(-(a * power) @ s ** (power - 1.0))
 
 
