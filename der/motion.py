@@ -165,10 +165,10 @@ def simulate(
     if method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(method)
-        _Run(rod, state, policy._replace(step=1e-6), 1, False).go(
+        Run(rod, state, policy._replace(step=1e-6), 1, False).go(
             ramp._replace(stop=1e-9 * ramp.rate, end=1e-9)
         )
-    run = _Run(rod, state, policy, every, configurations)
+    run = Run(rod, state, policy, every, configurations)
     begin = clock_time.perf_counter()
     status = run.go(ramp)
     seconds = clock_time.perf_counter() - begin
@@ -208,11 +208,18 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
     return min(energies, default=-np.inf)
 
 
-class _Run:
+class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: Rod, state: RodState, policy: kernels.Policy, every: int, configurations: bool
+        self,
+        rod: Rod,
+        state: RodState,
+        policy: kernels.Policy,
+        every: int,
+        configurations: bool,
+        velocity: Array | None = None,
+        damping: float = 0.0,
     ) -> None:
         size = 4 * rod.nodes
         statics = Statics(rod)
@@ -253,6 +260,10 @@ class _Run:
         self.clock[kernels.POWER] = kernels._moment(self.constants, gradient, 0.0)
         # adaptive runs start with a step far below any period and grow
         self.clock[kernels.STEP] = policy.step or 1e-4
+        if velocity is not None:
+            free = rod.free
+            self.motion.v[free] = velocity
+            self.motion.a[free] = -gradient[free] / rod.inertia[free] - damping * velocity
         self.kept = configurations
         nodes = rod.nodes
         shapes = ((nodes, 3), (nodes - 1, 3)) if configurations else ()
@@ -279,9 +290,11 @@ class _Run:
                 return int(status)
             rows, x, m1 = self._room()
 
-    def history(self, scene: Scene, policy: dict[str, object], stats: dict[str, float]) -> History:
-        """The rows so far as a `History`."""
-        rows, *configurations = map(handed_over, self._in_seconds(scene))
+    def history(
+        self, scene: Scene, policy: dict[str, object], stats: dict[str, float], began: float = 0.0
+    ) -> History:
+        """The rows so far as a `History` from the loop's time `began`."""
+        rows, *configurations = map(handed_over, self._in_seconds(scene, began))
         clock = self.clock
         time, angle, height, slope, *energies, load = rows.T
         return History(
@@ -305,7 +318,8 @@ class _Run:
             model="der",
         )
 
-    def _in_seconds(self, scene: Scene) -> list[Array]:
+    def _in_seconds(self, scene: Scene, began: float) -> list[Array]:
         arrays = self.rows.taken()
+        arrays[0][:, kernels.ROW_TIME] -= began
         arrays[0][:, kernels.ROW_TIME] *= scene.ribbon.inertial_time
         return arrays

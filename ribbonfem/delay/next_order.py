@@ -52,8 +52,15 @@ def _to_infinity(
         push = ramp * u[0] * x**4 + 1.0
         scale = 1.0 / (inertia * speed**2)
         shift = u[2] - root / x + logarithm * y
-        change = -2.0 * scale * (
-            ramp * shift * x**6 + 1.0 - friction * speed * x * u[3] - 2.0 * u[3] * (push - friction * speed * x)
+        change = (
+            -2.0
+            * scale
+            * (
+                ramp * shift * x**6
+                + 1.0
+                - friction * speed * x * u[3]
+                - 2.0 * u[3] * (push - friction * speed * x)
+            )
         )
         return [
             -2.0 * x / speed,

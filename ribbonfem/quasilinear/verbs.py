@@ -154,7 +154,12 @@ def simulate(
     state, _ = equilibrium(problem, problem.start(), 0.0)
     length = problem.compression**0.5
     motion = integrate(
-        tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]), _observer(problem)
+        tables(problem),
+        scene,
+        control.in_units_of(length),
+        state.z,
+        np.array([state.load]),
+        _observer(problem),
     )
     policy = {
         "elements": elements,

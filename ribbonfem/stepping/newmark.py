@@ -280,7 +280,14 @@ def _run(
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     clock[kernels.PHASE] = 0.0 if v is None else 1.0
-    state = (q.copy(), np.zeros(len(q)) if v is None else v.copy(), np.zeros(len(q)), np.zeros(len(q)), w.copy(), np.zeros(len(w)))
+    state = (
+        q.copy(),
+        np.zeros(len(q)) if v is None else v.copy(),
+        np.zeros(len(q)),
+        np.zeros(len(q)),
+        w.copy(),
+        np.zeros(len(w)),
+    )
     rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
     while True:
         status = kernels.run(tables, scheme, ramp, scratch, clock, *state, rows, row_q, row_w)
@@ -298,7 +305,7 @@ def _warm_up(tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp,
     """Load or compile the kernel, once a process, so that no timing contains it."""
     global _warm
     if not _warm:
-        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         _run(tables, scheme, short, q, w, lambda *_: "")
         _warm = True
 
@@ -336,7 +343,9 @@ def integrate(
     scheme, ramp = control.method.as_scheme(), _ramp(scene, control)
     if held is not None:
         # no time passes on the ramp
-        ramp = ramp._replace(rate=0.0, stop=held.angle, turned=0.0, end=scene.hold / scene.ribbon.inertial_time)
+        ramp = ramp._replace(
+            rate=0.0, stop=held.angle, turned=0.0, end=scene.hold / scene.ribbon.inertial_time
+        )
     _warm_up(tables, scheme, ramp, q, w)
     kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3))
 
