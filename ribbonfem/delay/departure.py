@@ -16,7 +16,7 @@ from ribbonfem.policy import positive, refuse, whole_number
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene
 
-from .next_order import escape_time
+from .cubic import escape_time
 from .normal_form import NormalForm, normal_form
 
 _NEWTON, _TOLERANCE = 30, 1e-10
@@ -33,7 +33,7 @@ class Departure(Generic[State]):
     form: the normal form of the fold.
     state: displaced along the null vector, all other modes in equilibrium.
     velocity: rates of the unknowns (n,), per t*.
-    time: s, until the normal form leaves to infinity from here (see `next_order.Escape`).
+    time: s, until the normal form leaves to infinity from here (see `cubic.Escape`).
     """
 
     form: NormalForm
@@ -96,7 +96,7 @@ def scene_departure(
     amplitude: float,
     steps: Steps | None = None,
 ) -> tuple[Departure[State], float]:
-    """How the scene's motion leaves the `fold`-th (from 0) of the folds that its ramp meets; and for how long.
+    """How the scene's motion leaves one of the folds that its ramp meets, counted from 0; and for how long.
 
     The second is the s that a motion needs to have left whatever the model: half as long again as
     the normal form.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ribbonfem.policy import number, refuse
@@ -19,11 +20,13 @@ class Delay:
     time: s.
     angle: rad, with the sign of the rate.
     damping: Lambda, below 1 inertial and above overdamped.
+    error: estimate of what the time leaves out, s; NaN where nobody estimated it.
     """
 
     time: float
     angle: float
     damping: float
+    error: float = math.nan
 
 
 def predict(fold: NormalForm, rate: float, damping: float) -> Delay:
