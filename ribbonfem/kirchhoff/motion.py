@@ -20,6 +20,7 @@ the mesh, and inside the elements everything is eliminated (`tangent`): six unkn
 from __future__ import annotations
 
 import time as clock_time
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -174,12 +175,12 @@ def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
 
 
 def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
-    """The state of the time loop in an equilibrium at alpha = 0."""
+    """The state of the time loop in an equilibrium."""
     nodes, elements = len(state.g), problem.tables.elements
     x = np.zeros((nodes, 4))
     x[:, :3] = problem.positions(state, 0.0)
     # the right clamp, to the last digit
-    x[-1, :3] = problem.at(0.0).chord()
+    x[-1, :3] = problem.clamps.chord()
     clock = np.zeros(arrays.CLOCK_SIZE)
     clock[arrays.KINK] = 1.0
     return arrays.Motion(
@@ -316,8 +317,9 @@ def integrate(
     ramp: arrays.Ramp,
     policy: dict[str, Any],
     configurations: bool,
+    first: Callable[[], arrays.Motion] | None = None,
 ) -> History:
-    """Step a rod from rest in an equilibrium through the scene's ramp and hold.
+    """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
 
     Raises
     ------
@@ -327,17 +329,22 @@ def integrate(
     global _warm
     rod = discretised(problem, scene)
     scheme = control.method.as_scheme()
+
+    def resting() -> arrays.Motion:
+        return at_rest(problem, start)
+
+    begin = first or resting
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
-        Run(rod, scheme, at_rest(problem, start), False, problem.arclength).go(
-            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        Run(rod, scheme, begin(), False, problem.arclength).go(
+            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )
-    run = Run(rod, scheme, at_rest(problem, start), configurations, problem.arclength)
+    run = Run(rod, scheme, begin(), configurations, problem.arclength)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    if scene.planar:
+    if scene.planar and first is None:
         stats["leaves_plane"] = plane.leaves_plane(scene, policy["elements"], policy["extensible"])
     history = run.history(scene, policy, stats)
     problem_met = run.rows.full or problem_of(status, scene, control)
