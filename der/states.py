@@ -262,6 +262,11 @@ def start_state(rod: Rod) -> RodState:
     return _start_of(rod.scene.at_rest, rod.nodes, rod.clamp).copy()
 
 
+def forget() -> None:
+    """Forget the start states that are kept."""
+    _start_of.cache_clear()
+
+
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
     rod = Rod(scene, nodes, clamp)
