@@ -1,9 +1,9 @@
 """The ribbon before one's eyes: its surface, films of it, and frames for ParaView."""
 
-import itertools
 import warnings
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from xml.etree import ElementTree
 
 import meshio
@@ -57,7 +57,7 @@ def test_a_film_has_its_frames_and_they_move(tmp_path):
         for k in range(5):
             picture.seek(k)
             shown.append(np.asarray(picture.convert("L"), dtype=float))
-    assert all(np.abs(a - b).mean() > 0.05 for a, b in itertools.pairwise(shown))
+    assert all(np.abs(a - b).mean() > 0.05 for a, b in pairwise(shown))
     assert [each.name for each in tmp_path.iterdir()] == ["film.gif"]
 
 

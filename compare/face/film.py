@@ -14,18 +14,10 @@ from ribbonfem import History
 
 from .curve import Curve
 from .style import draw_curve, plt
-from .surface import Strip, of_motion
+from .surface import Strip, of_motion, state_name
 
 _FACE, _BACK, _LINE = "#3d7ea6", "#e8a87c", "#1b3a4b"
 _SECONDS = 0.05
-
-
-def _state(height: float, slope: float) -> str:
-    """The name of a shape by its signs, as `der.modes` names it; level ones have no letter."""
-    u = "" if abs(height) < 1e-6 else "U+" if height > 0.0 else "U-"
-    if abs(slope) < 1e-6 or not u:
-        return u
-    return u + ("S-" if height * slope > 0.0 else "S+")
 
 
 def _as_placed() -> PlaceHolderLayoutEngine:
@@ -98,7 +90,7 @@ class _Stage:
         self.moving = [surface, patch, line, *self._clamps(edges)]
         angle, height = float(self.strip.angle[frame]), float(self.strip.height[frame])
         self.mark.set_data([angle], [height])
-        name = _state(height, float(self.strip.slope[frame]))
+        name = state_name(height, float(self.strip.slope[frame]))
         self.title.set_text(f"t = {self.strip.time[frame]:.3g} s, α = {angle:.3f} rad: {name}")
 
 
@@ -189,6 +181,6 @@ def stills(history: History, instants: Any, titles: Any = ()) -> Any:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         axes.view_init(elev=18.0, azim=-75.0)
         axes.set_axis_off()
-        name = titles[k] if k < len(titles) else _state(float(strip.height[-1]), float(strip.slope[-1]))
+        name = titles[k] if k < len(titles) else state_name(float(strip.height[-1]), float(strip.slope[-1]))
         axes.set_title(name, fontsize=9)
     return fig

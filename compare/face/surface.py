@@ -52,6 +52,14 @@ class Strip:
         return np.stack((self.centre - across, self.centre + across), axis=1)
 
 
+def state_name(height: float, slope: float) -> str:
+    """The name of a shape by its signs, as `der.modes` names it; level ones have no letter."""
+    u = "" if abs(height) < 1e-6 else "U+" if height > 0.0 else "U-"
+    if abs(slope) < 1e-6 or not u:
+        return u
+    return u + ("S-" if height * slope > 0.0 else "S+")
+
+
 def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 

@@ -59,8 +59,8 @@ class Question:
         parameters are the command's options, its docstring is their help.  It writes nothing.
     words, tables, drawings, values: of a result; no model is called in them.
     files: text files that belong beside the report, by name, of a result.
-    films: what the report shows of the films of a result (GIF).
-    export: writes films and frames of a result into a folder, last; is given a `Progress` too.
+    films: what the report shows of the films of a result (GIF) and its interactive views (HTML).
+    export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
     status: the command's exit status, of a result.
     keep: whether finished runs stay in the folder, so that a larger question goes on from them.
     section_name: of a result, where it is not `name`: such a section is a file beside the report.

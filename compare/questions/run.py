@@ -15,6 +15,7 @@ from compare.face.film import film
 from compare.face.scene_file import read_scene
 from compare.face.section import Drawing, Picture, Table
 from compare.face.style import figure
+from compare.face.view import view
 from compare.models import MODELS
 from compare.sweep import Progress, Sweep
 from ribbonfem import History, SceneError, SolverError
@@ -89,9 +90,9 @@ def main(
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
-    ramp's last). --motion asks for the motion up to the snap too: a film (run-film.gif) of so many
-    --frames, and as many files for ParaView (run-vtu/motion.pvd). The file holds the fields of a
-    Scene, and a table [ribbon].
+    ramp's last). --motion asks for the motion up to the snap too: a view to turn by hand (run-view.html),
+    a film (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). The
+    file holds the fields of a Scene, and a table [ribbon].
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)
@@ -143,17 +144,19 @@ def drawings(found: Asked) -> Iterator[Drawing]:
 
 
 def films(found: Asked) -> Iterator[Picture]:
-    """The film of the motion, where it was asked for."""
+    """The motion to turn by hand, and its film, where it was asked for."""
     if found.choice.motion and found.answer.history is not None:
+        yield Picture("run-view.html", "The motion up to its snap, to be turned and run through by hand.")
         yield Picture(
             "run-film.gif", "The ribbon in motion, up to its snap; its frames for ParaView: run-vtu."
         )
 
 
 def export(found: Asked, folder: Path, progress: Progress) -> None:
-    """The film, and VTU frames with a PVD."""
+    """The interactive view, the film, and VTU frames with a PVD."""
     history = found.answer.history
     if found.choice.motion and history is not None:
+        view(history, folder / "run-view.html", found.curve)
         count = found.frames
         film(
             history,
