@@ -13,10 +13,10 @@ from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
 from compare.models import warm_up
 from compare.sweep import Sweep
-from ribbonfem.delay import NormalForm
+from ribbonfem.delay import Lead, NormalForm
 
 from ..registry import Question
-from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, measured, rates_for
+from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, Escape, escaped, measured, rates_for
 
 
 def slope_of(cells: list[Cell]) -> tuple[float, float, float] | None:
@@ -73,6 +73,10 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
             late = tau * np.exp(curve(np.log(damping * tau)))
             angle.loglog(rates, rates * late, color=colour, lw=0.9)
             time.loglog(rates, late, color=colour, lw=0.9)
+            further = np.array([(c.rate, c.next_order) for c in group if c.next_order > 0.0]).T
+            if further.size:
+                angle.loglog(*further, "--", color=colour, lw=0.9)
+                time.loglog(further[0], further[1] / further[0], "--", color=colour, lw=0.9)
             found = [(c.rate, c.measured) for c in group if c.measured]
             if found:
                 x, y = np.array(found).T
@@ -103,13 +107,14 @@ class Delays:
     forms: dict[str, NormalForm]
     dampings: tuple[float, ...]
     cells: tuple[Cell, ...]
+    escapes: tuple[Escape, ...] = ()
 
     def of(self, name: str, damping: float) -> list[Cell]:
         """The delays of a system at a damping."""
         return [c for c in self.cells if c.system == name and c.damping == damping]
 
 
-def _cost(work: tuple[str, NormalForm, float, float]) -> float:
+def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
     """Slow ramps at little damping take longest."""
     return 1.0 / (work[3] * max(work[2], 1e-2))
 
@@ -134,16 +139,19 @@ def main(
     forms = {}
     for name in sweep.progress("static folds", names):
         system = SYSTEMS[name]
-        forms[name] = system.normal_forms(system.scene, **system.mesh)[0]
+        forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
+    pairs = [(name, damping) for name in names for damping in dampings]
+    escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
+    leads = {(found.system, found.damping): found.lead for found in escapes}
     work = [
-        (name, forms[name], damping, rate)
+        (name, forms[name], damping, rate, leads[name, damping])
         for name in names
         for damping in dampings
         for rate in rates_for(damping, decades)
     ]
     work.sort(key=_cost, reverse=True)
     cells = sweep("delays", measured, work, cost=_cost, prepare=warm_up)
-    return Delays(forms, tuple(dampings), tuple(cells))
+    return Delays(forms, tuple(dampings), tuple(cells), tuple(escapes))
 
 
 def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
@@ -165,7 +173,9 @@ def words(found: Delays) -> list[str]:
     return [
         "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
         "product c a2 comes from statics alone, and with it the delay at any rate and damping: "
-        "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5).",
+        "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5). To the next order the cubic "
+        "term counts, and the time T0 by which the snap precedes the end of the normal form on the one "
+        "trajectory that leaves the fold by itself.",
         "c a2 in s^-4/rad: "
         + ", ".join(f"{name} {form.product:.5g}" for name, form in found.forms.items())
         + ".",
@@ -184,8 +194,9 @@ def tables(found: Delays) -> list[Table]:
     ]
     names = list(found.forms)
     rows = [
-        [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted]
-        + [None if c.measured is None else c.measured / c.predicted, c.seconds, c.problem]
+        [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted, c.next_order, c.error]
+        + [None if c.measured is None else c.measured / of for of in (c.predicted, c.next_order)]
+        + [c.seconds, c.problem]
         for c in sorted(found.cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
     ]
     return [
@@ -201,9 +212,16 @@ def tables(found: Delays) -> list[Table]:
         Table(
             "All cells",
             ["system", "nu (1/s)", "rate (rad/s)", "Lambda", "measured (rad)", "predicted (rad)"]
-            + ["ratio", "s", "problem"],
+            + ["to the next order", "its error", "ratio", "ratio, next order", "s", "problem"],
             rows,
-            ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4f", ".2f", "s"],
+            ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4e", ".0e", ".4f", ".4f", ".2f", "s"],
+        ),
+        Table(
+            "T0: by how much the snap precedes the end of the fold's normal form",
+            ["system", "nu (1/s)", "T0 (s)", "doubt (s)"],
+            [[e.system, e.damping, e.lead.time, e.lead.error] for e in found.escapes],
+            ["s", "g", ".5f", ".0e"],
+            "Of one escape from the fold, the clamp held. doubt: of its extrapolation to no push.",
         ),
     ]
 
@@ -217,7 +235,8 @@ def drawings(found: Delays) -> Iterator[Drawing]:
         if set(GROUPS[group]) <= set(found.forms):
             yield Drawing(
                 f"delay-{group}.png",
-                f"{title}: measured delays (circles) and the prediction from the static fold (lines).",
+                f"{title}: measured delays (circles), the prediction from the static fold (lines), "
+                "and the one to the next order (dashed).",
                 _draw(found.cells, found.forms, GROUPS[group]),
             )
 
@@ -238,6 +257,10 @@ def values(found: Delays) -> dict[str, Any]:
             for name, damping, fitted, _, _, limit in _exponents(found)
         ],
         "cells": [vars(c) for c in found.cells],
+        "leads": [
+            {"system": e.system, "damping": e.damping, "T0": e.lead.time, "error": e.lead.error}
+            for e in found.escapes
+        ],
     }
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass, replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 import der
 from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
-from ribbonfem.delay import NormalForm, predict
-from ribbonfem.results import History
+from ribbonfem.delay import Lead, NormalForm, lead, next_order, predict
 
 DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
 BEAM = Scene(compression=0.40, shear=0.0, start="U+")
@@ -29,8 +29,7 @@ class System:
     name: str
     scene: Scene
     quantity: str
-    simulate: Callable[..., History]
-    normal_forms: Callable[..., tuple[NormalForm, ...]]
+    model: ModuleType
     mesh: dict[str, Any]
     policy: dict[str, Any]
 
@@ -42,8 +41,7 @@ SYSTEMS = {
             "quasi-linear beam",
             BEAM,
             "height",
-            quasilinear.simulate,
-            quasilinear.normal_forms,
+            quasilinear,
             {"elements": 32},
             {"until": "snap", "tolerance": 1e-7},
         ),
@@ -51,8 +49,7 @@ SYSTEMS = {
             "elastica",
             BEAM,
             "height",
-            elastica.simulate,
-            elastica.normal_forms,
+            elastica,
             {"elements": 16},
             {"until": "snap", "tolerance": 1e-7},
         ),
@@ -61,8 +58,7 @@ SYSTEMS = {
                 name,
                 scene,
                 quantity,
-                kirchhoff.simulate,
-                kirchhoff.normal_forms,
+                kirchhoff,
                 {"elements": 8, "extensible": True},
                 {"configurations": False, "tolerance": 3e-6},
             )
@@ -77,8 +73,7 @@ SYSTEMS = {
                 name,
                 scene,
                 quantity,
-                der.simulate,
-                der.normal_forms,
+                der,
                 {"nodes": 51},
                 {"configurations": False},
             )
@@ -99,7 +94,11 @@ GROUPS["all"] = GROUPS["beam"] + GROUPS["ribbon"]
 
 @dataclass(frozen=True)
 class Cell:
-    """One measured delay: rad and s; None where no snap was found."""
+    """One measured delay: rad and s; None where no snap was found.
+
+    `predicted` is the leading order, `next_order` the one that follows from an escape from the fold,
+    and `error` what that says of itself (rad).
+    """
 
     system: str
     damping: float
@@ -109,6 +108,30 @@ class Cell:
     measured: float | None
     seconds: float
     problem: str = ""
+    next_order: float = math.nan
+    error: float = math.nan
+
+
+@dataclass(frozen=True)
+class Escape:
+    """By how much the snap of a system precedes the end of its fold's normal form, and the doubt of it, s."""
+
+    system: str
+    damping: float
+    lead: Lead
+
+
+def escape(name: str, damping: float) -> Escape:
+    """The escape of a system from its first fold."""
+    system = SYSTEMS[name]
+    scene = replace(system.scene, damping=damping)
+    quantity = "snap" if system.quantity == "height" else "first snap"
+    return Escape(name, damping, lead(system.model, scene, 0, quantity, **system.mesh)[1])
+
+
+def escaped(arguments: tuple[str, float]) -> Escape:
+    """`escape` of a pair of arguments, for a sweep."""
+    return escape(*arguments)
 
 
 def rates_for(damping: float, decades: int, per_decade: int = 1) -> list[float]:
@@ -121,17 +144,18 @@ def rates_for(damping: float, decades: int, per_decade: int = 1) -> list[float]:
     return [float(rate) for rate in fastest * np.logspace(-decades, 0.0, count)]
 
 
-def measure(name: str, form: NormalForm, damping: float, rate: float) -> Cell:
+def measure(name: str, form: NormalForm, damping: float, rate: float, found: Lead) -> Cell:
     """Ramp a system through its fold and return by how much the snap is late."""
     system = SYSTEMS[name]
-    delay = predict(form, rate, damping)
+    delay, further = predict(form, rate, damping), next_order(form, found, rate, damping)
+    said: dict[str, Any] = {"next_order": further.angle, "error": rate * further.error}
     seconds, problem = 0.0, ""
     # a stop soon after the snap: what rings after it is not looked at
     for room in (1.15, 2.0, 4.0):
         stop = form.angle + room * delay.angle
         scene = replace(system.scene, rate=rate, damping=damping, stop=stop)
         try:
-            history = system.simulate(scene, **system.mesh, **system.policy)
+            history = system.model.simulate(scene, **system.mesh, **system.policy)
         except SolverError as error:
             problem = str(error)
             break
@@ -139,11 +163,13 @@ def measure(name: str, form: NormalForm, damping: float, rate: float) -> Cell:
         snap = history.crossing(system.quantity)
         if snap is not None:
             measured = snap[1] - form.angle
-            return Cell(name, damping, rate, delay.damping, delay.angle, measured, seconds)
+            return Cell(name, damping, rate, delay.damping, delay.angle, measured, seconds, **said)
         if stop > form.angle + 3.0:
             break
-    return Cell(name, damping, rate, delay.damping, delay.angle, None, seconds, problem or "no snap")
+    problem = problem or "no snap"
+    return Cell(name, damping, rate, delay.damping, delay.angle, None, seconds, problem, **said)
 
 
-def measured(arguments: tuple[str, NormalForm, float, float]) -> Cell:
+def measured(arguments: tuple[str, NormalForm, float, float, Lead]) -> Cell:
+    """`measure` of a tuple of arguments, for a sweep."""
     return measure(*arguments)
