@@ -54,7 +54,7 @@ were measured on beams and on ribbons; it is the size of a correction and no bou
 from .cubic import cubic_curve, escape_time
 from .curve import universal
 from .departure import Departure, departure, scene_departure
-from .normal_form import (
+from .fold import (
     NormalForm,
     frequency,
     normal_form,

@@ -78,7 +78,7 @@ def _to_infinity(
     last = run.y[:, -1]
     slope = far(end, last)
     # both tend to their ends linearly in x
-    return float(last[0]) - slope[0], float(last[2]) - slope[2]
+    return float(last[0] - slope[0]), float(last[2] - slope[2])
 
 
 @lru_cache(maxsize=4096)

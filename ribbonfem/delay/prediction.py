@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ribbonfem.policy import number, refuse
 
 from .curve import universal
-from .normal_form import NormalForm
+from .fold import NormalForm
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ribbonfem.results import MESH, Array, History, SolverError
 from ribbonfem.scene import Scene
 
 from .cubic import LOGARITHM, cubic_curve, escape_time
-from .normal_form import NormalForm
+from .fold import NormalForm
 from .prediction import Delay, predict
 
 QUANTITIES = ("snap", "first snap")
@@ -171,7 +171,8 @@ def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first:
     slow = max(1.0, first.damping)
     # of y and of time in the inner problem
     size, unit = slow ** (1.0 / 3.0) / tau**2, tau * slow ** (2.0 / 3.0)
-    second = _SECOND / min(slow, 20.0) * form.cubic**2 * size**2 * unit
+    bends = 0.5 * (form.cubic**2 + form.mixed**2)
+    second = _SECOND / min(slow, 20.0) * bends * size**2 * unit
     second += _REST * abs(found.remainder) * size**found.power
     # the ramp goes on while the ribbon is far from the fold
     far = max((6.0 / found.reach) ** 0.5 * _INERTIAL, damping / found.reach)
