@@ -85,8 +85,10 @@ def _lead(
     fold = fold % len(forms)
     form = forms[fold]
     found = []
+    # (the farthest one is within reach, and the two stay apart)
+    scale = min(1.0 / abs(form.cubic), _FARTHEST * abs(form.quadratic) / max(_STARTS))
     for share in _STARTS:
-        y = min(share / abs(form.cubic), _FARTHEST * abs(form.quadratic))
+        y = share * scale
         found.append((y, _from(model, scene, form, fold, quantity, y, given)))
     (high, far), (low, near) = found
     power = 1.0 + 0.5 / (1.0 + scene.damping**2 / low)
