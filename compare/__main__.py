@@ -1,7 +1,8 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
 A command is a question (`compare.questions`): the keyword parameters of its `main` are its options, its
-docstring its help.  Nothing heavy is imported before a command is known, so that ``--help`` answers at once.
+docstring its help; ``report`` and ``scenes`` ask nothing.  Nothing heavy is imported before a command is
+known, so that ``--help`` answers at once.
 
 Exit status: 0 done, 1 an error (one line says which), 2 a command line that cannot be; of ``run`` also 3,
 the tolerance was not met, and 4, refinement does not settle the value.  130 after an interrupt.
@@ -24,7 +25,7 @@ from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 from compare.questions.registry import ORDER, Question, named, publish, summary
 
 OUT = Path("ribbonfem-report")
-REPORT = "report"
+REPORT, SCENES = "report", "scenes"
 # finished runs of a command that has not come to its end, in the report's folder
 FINISHED = ".finished"
 STATUS = "exit status: 0 done, 1 error, 2 wrong usage, 130 interrupted"
@@ -124,6 +125,7 @@ def _common(parser: argparse.ArgumentParser) -> None:
 def _overview() -> argparse.ArgumentParser:
     lines = [f"  {name:<12} {summary(name)}" for name in ORDER]
     lines.append(f"  {REPORT:<12} Make the report's page anew, and with --redraw its pictures too.")
+    lines.append(f"  {SCENES:<12} List the scene files that are shipped, and write them.")
     parser = argparse.ArgumentParser(
         prog="ribbonfem",
         usage="ribbonfem COMMAND [options]",
@@ -147,7 +149,7 @@ def _version() -> str:
 
 
 def _unknown(command: str) -> NoReturn:
-    near = difflib.get_close_matches(command, (*ORDER, REPORT), 1)
+    near = difflib.get_close_matches(command, (*ORDER, REPORT, SCENES), 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     print(f"ribbonfem: {command!r} is no command{hint} ribbonfem --help lists them", file=sys.stderr)
     raise SystemExit(2)
@@ -182,7 +184,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
             )
         )
         found = question.main(sweep=sweep, **{name: options[name] for name in names})
-        section, left_out = publish(question, found, out)
+        section, left_out = publish(question, found, out, progress)
         if not question.keep and sweep.store is not None:
             sweep.store.clear()
     _told(left_out, prog)
@@ -196,7 +198,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
 def _report(arguments: Sequence[str]) -> int:
     """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
     from compare.archive import load
-    from compare.face.report import PAGE, require_room, write_page, write_section
+    from compare.face.report import PAGE, add_pictures, require_room, write_page, write_section
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
     parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
@@ -212,7 +214,11 @@ def _report(arguments: Sequence[str]) -> int:
         if kept.exists():
             try:
                 found, question = load(kept), named(name)
-                write_section(question.section(found), out, ORDER, question.drawings(found))
+                section, _ = write_section(question.section(found), out, ORDER, question.drawings(found))
+                # films are not drawn again: those that lie there are shown
+                films = [picture for picture in question.films(found) if (out / picture.file).exists()]
+                if films:
+                    add_pictures(section, out, ORDER, films)
             except Exception as error:
                 # a spoilt result, or one of another version: told, and the others are drawn
                 failed[kept.name] = " ".join(f"{type(error).__name__}: {error}".split())[:200]
@@ -224,6 +230,38 @@ def _report(arguments: Sequence[str]) -> int:
         print(json.dumps({"redrawn": drawn, "left_out": left_out}, indent=1))
     else:
         print(f"report: {out / PAGE}")
+    return 0
+
+
+def _scenes(arguments: Sequence[str]) -> int:
+    """List the scene files that are shipped, or write them: those that are named, or with --out all."""
+    from compare.face.scenes import titles, write
+
+    parser = argparse.ArgumentParser(
+        prog=f"ribbonfem {SCENES}", description=_scenes.__doc__, epilog=f"{STATUS}. No file is written over."
+    )
+    parser.add_argument("name", nargs="*", metavar="NAME", help="of a scene; without one they are listed")
+    parser.add_argument("--out", type=Path, help="folder to write to (default: the one you are in)")
+    parser.add_argument("--json", action="store_true", help="print names, titles and files as JSON")
+    options = parser.parse_args(arguments)
+    known = titles()
+    given = [name.removesuffix(".toml") for name in options.name]
+    names = list(dict.fromkeys(given)) or (list(known) if options.out else [])
+    written = dict(zip(names, write(names, options.out or Path()), strict=True))
+    if options.json:
+        rows = [
+            {"name": name, "title": known[name], "file": str(written[name]) if written else None}
+            for name in written or known
+        ]
+        print(json.dumps(rows, indent=1))
+    elif written:
+        for path in written.values():
+            print(f"written: {path}")
+        print(f"run it: ribbonfem run {path}")
+    else:
+        for name, title in known.items():
+            print(f"{name:<16} {title}")
+        print(f"write one: ribbonfem {SCENES} NAME; all of them: ribbonfem {SCENES} --out FOLDER")
     return 0
 
 
@@ -253,7 +291,7 @@ def main(arguments: list[str] | None = None) -> int:
         _overview().parse_args(arguments or ["--help"])
     command = arguments[0]
     prog = f"ribbonfem {command}"
-    if command not in (*ORDER, REPORT):
+    if command not in (*ORDER, REPORT, SCENES):
         _unknown(command)
     from compare.sweep import SweepError
     from ribbonfem.results import SolverError
@@ -261,7 +299,9 @@ def main(arguments: list[str] | None = None) -> int:
     # what looks like a slip is told in a line, without the place in the source that saw it
     warnings.formatwarning = lambda message, *_, **__: f"{prog}: {message}\n"
     try:
-        status = _report(arguments[1:]) if command == REPORT else _question(command, arguments[1:])
+        own = {REPORT: _report, SCENES: _scenes}
+        rest = arguments[1:]
+        status = own[command](rest) if command in own else _question(command, rest)
         sys.stdout.flush()
     except BrokenPipeError:
         # nobody reads on; the interpreter must not try to flush what is left

@@ -387,7 +387,7 @@ def solve_refined(hessian, factors, first, right):
 # ---------------------------------------------------------------------------------------------
 # motion
 
-IMPLICIT_EULER, NEWMARK, GENERALISED_ALPHA, MIDPOINT, DISCRETE_GRADIENT, TR_BDF2, VERLET = range(7)
+IMPLICIT_EULER, NEWMARK, GENERALISED_ALPHA, MIDPOINT, DISCRETE_GRADIENT, RUNGE_KUTTA, VERLET = range(7)
 DONE, FULL, STUCK, BLOWN = range(4)
 
 # what `clock` holds between calls of `run`
@@ -427,15 +427,20 @@ Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # held ribbon cannot leave its state any more, and its run ends; whether to end soon after the height
 # changes sign
 Ramp = namedtuple("Ramp", "rate stop end damping barrier snap")
-# method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius
-Policy = namedtuple("Policy", "method step tolerance newton largest smallest radius")
+# method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
+# a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
+# weights (stages,) of its error and the power of the step in that
+Policy = namedtuple(
+    "Policy", "method step tolerance newton largest smallest radius table instants weights power"
+)
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
 # variable of generalised-alpha and the mean velocity of midpoint's last step; frames
 Motion = namedtuple("Motion", "x v a aux tangent m1 twist clock")
 # arrays that a step overwrites
 Scratch = namedtuple(
     "Scratch",
-    "x tangent inverse m1 twist dq dq1 v v1 b gradient gradient1 hessian factors right energies turn",
+    "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies "
+    "turn",
 )
 
 
@@ -599,40 +604,43 @@ def _attempt(rod, motion, s, ramp, policy, h):
             s.v[i] = (s.v[i] - 0.5 * h * s.gradient[i] / rod.inertia[i]) / (1.0 + 0.5 * h * nu)
         return 1, error
 
-    if method == TR_BDF2:
-        gamma = 2.0 - math.sqrt(2.0)
-        d = 0.5 * gamma
-        dh = d * h
-        c = 1.0 / (dh * dh) + nu / dh
+    if method == RUNGE_KUTTA:
+        table, stages = policy.table, policy.table.shape[0]
         for i in range(first, last):
-            s.b[i] = 2.0 * v0[i] / dh + a0[i] + nu * v0[i]
-            s.dq[i] = 2.0 * dh * (v0[i] + dh * a0[i])
-        _place(rod, _angle(ramp, time + gamma * h), motion.x, s.dq)
-        count = _newton(rod, motion, s, s.dq, c, s.b, policy)
-        if count < 0:
-            return count, error
-        p = 1.0 / (gamma * (2.0 - gamma))
-        q = (1.0 - gamma) ** 2 / (gamma * (2.0 - gamma))
+            s.stage_v[0, i] = v0[i]
+            s.stage_a[0, i] = a0[i]
+        count = 0
+        for k in range(1, stages):
+            dh = table[k, k] * h
+            c = 1.0 / (dh * dh) + nu / dh
+            for i in range(first, last):
+                # what the stage knows: velocity v + dh a, increment dq + dh^2 a
+                known, moved = v0[i], 0.0
+                for j in range(k):
+                    known += h * table[k, j] * s.stage_a[j, i]
+                    moved += h * table[k, j] * s.stage_v[j, i]
+                moved += dh * known
+                s.stage_v[k, i] = known
+                s.stage_a[k, i] = moved
+                s.b[i] = c * moved - nu * known
+                s.dq[i] = moved + dh * dh * s.stage_a[k - 1, i]
+            _place(rod, _angle(ramp, time + policy.instants[k] * h), motion.x, s.dq)
+            used = _newton(rod, motion, s, s.dq, c, s.b, policy)
+            if used < 0:
+                return used - count, error
+            count += used
+            for i in range(first, last):
+                acceleration = (s.dq[i] - s.stage_a[k, i]) / (dh * dh)
+                s.stage_a[k, i] = acceleration
+                s.stage_v[k, i] += dh * acceleration
         for i in range(first, last):
-            # velocity at the inner point, and what the second stage knows
-            inner = s.dq[i] / dh - v0[i]
-            s.v1[i] = inner
-            known = p * s.dq[i] / dh
-            s.b[i] = known / dh + (p * inner - q * v0[i]) / dh + nu * known
-            s.dq1[i] = s.dq[i]
-            # the guess goes on with the inner point's velocity
-            s.dq[i] += (1.0 - gamma) * h * inner
-        _place(rod, _angle(ramp, time + h), motion.x, s.dq)
-        more = _newton(rod, motion, s, s.dq, c, s.b, policy)
-        if more < 0:
-            return more - count, error
-        w = 0.25 * math.sqrt(2.0)
-        for i in range(first, last):
-            s.v[i] = (s.dq[i] - p * s.dq1[i]) / dh
-            estimate = h * ((4.0 * w - 1.0) * v0[i] - s.v1[i] + 2.0 * d * s.v[i]) / 3.0
+            s.v[i] = s.stage_v[stages - 1, i]
             if i % 4 != 3:
-                error = max(error, abs(estimate))
-        return count + more, error
+                estimate = 0.0
+                for k in range(stages):
+                    estimate += policy.weights[k] * s.stage_v[k, i]
+                error = max(error, h * abs(estimate))
+        return count, error
 
     beta, gamma, am, af = 0.25, 0.5, 0.0, 0.0
     if method == GENERALISED_ALPHA:
@@ -726,8 +734,6 @@ def _accept(rod, motion, s, ramp, policy, h):
     clock[WORK] += work
     clock[EFFORT] += abs(work)
     clock[POWER] = power
-    d = 1.0 - math.sqrt(0.5)
-    p, q = 1.0 / (4.0 * d * (1.0 - d)), (1.0 - 2.0 * d) ** 2 / (4.0 * d * (1.0 - d))
     am, af = 0.0, 0.0
     if method == GENERALISED_ALPHA:
         am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
@@ -736,8 +742,8 @@ def _accept(rod, motion, s, ramp, policy, h):
     for i in range(first, last):
         if whole:
             a1 = -nu * s.v[i] - s.gradient[i] / rod.inertia[i]
-        elif method == TR_BDF2:
-            a1 = (s.v[i] - p * s.v1[i] + q * v0[i]) / (d * h)
+        elif method == RUNGE_KUTTA:
+            a1 = s.stage_a[policy.table.shape[0] - 1, i]
         elif method == IMPLICIT_EULER:
             a1 = (s.v[i] - v0[i]) / h
         elif method == MIDPOINT or method == DISCRETE_GRADIENT:
@@ -811,7 +817,7 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
     nodes = motion.x.shape[0]
     clock = motion.clock
     kink = abs(ramp.stop / ramp.rate)
-    order = 0.5 if policy.method == IMPLICIT_EULER else 1.0 / 3.0
+    order = 1.0 / policy.power
     while True:
         if clock[ROW] >= rows.shape[0]:
             return FULL

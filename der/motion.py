@@ -4,6 +4,7 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 
 * ``tr-bdf2``: trapezoidal rule, then BDF2 (Bank et al. 1985), L-stable, with the embedded
   third-order companion of Hosea and Shampine (1996) as error estimate, on positions alone;
+* ``esdirk3``, ``esdirk4``: L-stable Runge-Kutta methods of higher order (`ribbonfem.tableaus`);
 * ``implicit-euler``: the paper's (section 3.2), of first order and dissipative;
 * ``newmark``: beta = 1/4, gamma = 1/2, no dissipation, unstable at large nonlinear steps;
 * ``generalised-alpha``: Chung and Hulbert (1993), in the form of Arnold and Bruels (2007);
@@ -26,16 +27,17 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.tableaus import TABLEAUS
 from ribbonfem.values import handed_over
 
 from . import kernels, plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
-from .states import at_rest, start_state
+from .states import start_state
 
 METHODS = MappingProxyType(
     {
-        "tr-bdf2": kernels.TR_BDF2,
+        **dict.fromkeys(TABLEAUS, kernels.RUNGE_KUTTA),
         "implicit-euler": kernels.IMPLICIT_EULER,
         "newmark": kernels.NEWMARK,
         "generalised-alpha": kernels.GENERALISED_ALPHA,
@@ -45,10 +47,10 @@ METHODS = MappingProxyType(
     }
 )
 # order of convergence in the step
-ORDERS = MappingProxyType({name: 1 if name == "implicit-euler" else 2 for name in METHODS})
+ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
 # methods with an estimate of their local error
-ADAPTIVE = ("tr-bdf2", "implicit-euler", "newmark", "generalised-alpha")
+ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
 TOLERANCE = 1.5e-4
 # bytes by which the rows grow at least
@@ -138,18 +140,10 @@ def simulate(
         # as the loop computes it, and no later by a hold that is rounding beside it
         turned + (hold if hold > 1e-12 * turned else 0.0),
         float(scene.damping * unit),
-        _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
+        _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
-    policy = kernels.Policy(
-        METHODS[method],
-        0.0 if fixed is None else fixed / unit,
-        local,
-        newton,
-        float(np.inf),
-        1e-9,
-        float(spectral_radius),
-    )
+    policy = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     given = {
         "nodes": nodes,
         "clamp": clamp,
@@ -188,6 +182,26 @@ def simulate(
             history,
         )
     return history
+
+
+def policy_of(method: str, step: float, local: float, newton: float, radius: float = 0.0) -> kernels.Policy:
+    """What the loop is told of a method; `step` in units of t*, 0 for adaptive ones to `local` in L."""
+    # (those that are no Runge-Kutta methods have no use for a tableau)
+    tableau = TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
+    stages = METHODS[method] == kernels.RUNGE_KUTTA
+    return kernels.Policy(
+        METHODS[method],
+        step,
+        local,
+        newton,
+        float(np.inf),
+        1e-9,
+        float(radius),
+        tableau.a,
+        tableau.c,
+        tableau.error,
+        1.0 + (tableau.embedded if stages else ORDERS[method]),
+    )
 
 
 @lru_cache(maxsize=16)
@@ -243,9 +257,9 @@ class Run:
             m1=state.m1.copy(),
             twist=state.twist.copy(),
             dq=np.zeros(size),
-            dq1=np.zeros(size),
+            stage_v=np.zeros((len(policy.table), size)),
+            stage_a=np.zeros((len(policy.table), size)),
             v=np.zeros(size),
-            v1=np.zeros(size),
             b=np.zeros(size),
             gradient=np.zeros(size),
             gradient1=np.zeros(size),

@@ -173,15 +173,16 @@ def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
 
 
 def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):
-    words = ["run", str(scene), "--motion", "--tolerance", "1e-2", "--out", str(tmp_path), "--quiet"]
+    words = ["run", str(scene), "--motion", "--frames", "3", "--tolerance", "1e-2", "--quiet"]
+    words += ["--out", str(tmp_path)]
     assert main(words) == 0
-    kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*")}
+    kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")}
     page = (tmp_path / report.PAGE).read_bytes()
     assert {"run.json", "run.found", "run-motion.png"} <= set(kept)
     for name in ("run.json", "run-motion.png", report.PAGE):
         (tmp_path / name).unlink()
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
-    assert {path.name: path.read_bytes() for path in tmp_path.glob("run*")} == kept
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")} == kept
     assert (tmp_path / report.PAGE).read_bytes() == page
     (tmp_path / "run.found").write_bytes(b"spoilt")
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
@@ -190,7 +191,7 @@ def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene,
 
 def test_what_was_found_is_read_back_whole(tmp_path, scene):
     question = named("run")
-    found = question.main(scene, motion=True, tolerance=1e-2)
+    found = question.main(scene, motion=True, frames=3, tolerance=1e-2)
     publish(question, found, tmp_path)
     again = load(tmp_path / "run.found")
     assert question.values(again) == question.values(found)

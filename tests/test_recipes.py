@@ -231,6 +231,6 @@ def test_an_element(copy):
 # the copy compiles its kernels anew: the ribbon's take a minute
 @pytest.mark.parametrize("models", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_stepper(copy, models):
-    with (copy / "ribbonfem/stepping/tableaus.py").open("a", encoding="utf-8") as file:
+    with (copy / "ribbonfem/tableaus.py").open("a", encoding="utf-8") as file:
         file.write(textwrap.dedent(STEPPER))
     assert "ok" in python(copy, script=STEPPER_TEST.replace("MODELS", str(models)))

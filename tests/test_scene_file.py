@@ -35,8 +35,17 @@ def test_a_file_is_a_scene(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("speed = 1", "Scene.speed is not a field; they are compression"),
-        ("[ribbon]\ncolour = 1", "Ribbon.colour is not a field"),
+        ("speed = 1", "Scene.speed = 1: not a field; the fields are compression"),
+        (
+            "compresion = 0.3",
+            "Scene.compresion = 0.3: not a field; perhaps 'compression' is meant",
+        ),
+        ("Rate = 0.3", "perhaps 'rate' is meant"),
+        ("thickness = 0.01", "'thickness' belongs below [ribbon]"),
+        ("[ribbon]\nrate = 1", "'rate' belongs above [ribbon]"),
+        ("thicknes = 0.01", "perhaps Ribbon.thickness is meant"),
+        ("[ribbon]\ncolour = 1", "Ribbon.colour = 1: not a field"),
+        ("[ribbon]\nbendingratio = 1", "perhaps 'bending_ratio' is meant"),
         ("ribbon = 3", "a table"),
         ("rate = 0", "Scene.rate = 0.0"),
         ("rate = true", "Scene.rate = True"),
@@ -62,7 +71,7 @@ def test_run_answers_from_the_command_line(tmp_path, capsys):
     values = json.loads(capsys.readouterr().out)
     assert values["model"] == "prediction"
     assert values["met"]
-    assert main(["run", str(path), "--tolerance", "1e-2", "--motion", *out]) == 0
+    assert main(["run", str(path), "--tolerance", "1e-2", "--motion", "--frames", "3", *out]) == 0
     moved = json.loads(capsys.readouterr().out)
     assert abs(moved["value"] - values["value"]) < 1e-2
     assert len(moved["motion"]["angle"]) == len(moved["motion"]["height"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ribbonfem.stepping.tableaus import TABLEAUS
+from ribbonfem.tableaus import TABLEAUS
 
 METHODS = pytest.mark.parametrize("name", sorted(TABLEAUS))
 

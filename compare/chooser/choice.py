@@ -10,8 +10,9 @@ In order of cost:
   is asked; a scene that leaves its plane is refused;
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
   that a run would have to follow a long vibration which cannot carry it over the barrier;
-* discrete rods on two or more meshes, extrapolated; the run reads its error off the meshes and goes
-  on until the tolerance is met.
+* a ribbon in motion by finite elements: one run inside of a measured law, which reads off itself whether
+  it rattles, else each run checked by a finer one until the tolerance is met;
+* discrete rods on two or more meshes, extrapolated, where the elements fail.
 
 The reference of all errors is the ribbon as it is stated: in three dimensions and extensible.
 """
@@ -25,13 +26,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import der
-from ribbonfem import History, Scene, SceneError, elastica, kirchhoff, quasilinear
+from ribbonfem import History, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import NormalForm
 from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import Value
 from ribbonfem.values import html_table, short_policy
 
-from . import at_rest, climb
+from . import at_rest, climb, ladder
 from .climb import CROSSINGS, Run, endless
 from .laws import Laws, beam_units, shipped
 
@@ -90,11 +91,10 @@ class Choice(Value):
     Attributes
     ----------
     scene, quantity, tolerance, motion: what was asked.
-    model: "prediction" (no run), "quasilinear", "elastica", "der", "kirchhoff" or "folds" (a
-        ribbon's fold and its predicted delay).
-    policy: of the run; for "der" the meshes to begin with.
-    estimate: expected error, rad; of rods the error that half of the scenes stay below, which
-        the run then measures.
+    model: "prediction" (no run), "quasilinear", "elastica", "kirchhoff" or "folds" (a ribbon's fold and
+        its predicted delay).
+    policy: of the run, or of the first of several.
+    estimate: expected error, rad.
     seconds: expected CPU seconds, on the machine that measured the laws.
     reason: in words.
     value: of a prediction, rad or None; None for all else.
@@ -129,12 +129,12 @@ class Choice(Value):
         begin = time.process_time()
         if self.model == "prediction":
             settled = climb.Settled(self.value, self.estimate, False, (), None)
-        elif self.model == "kirchhoff" or (self.model == "elastica" and self.quantity == "fold"):
+        elif self.quantity == "fold" and self.model in ("kirchhoff", "elastica"):
             settled = _static(self)
+        elif self.model == "kirchhoff":
+            settled = _by_elements(self)
         elif self.model == "folds":
             settled = _slow(self)
-        elif self.model == "der":
-            settled = _climbed(self, first=int(self.policy["first"]))
         elif "elements" in self.policy:
             settled = _once(self)
         else:
@@ -192,11 +192,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 
 
 def _upward(scene: Scene) -> Scene:
-    """A planar scene or its mirror image z -> -z, alpha -> -alpha, whichever starts from U+."""
-    if scene.start == "U+":
-        return scene
-    stop = None if scene.stop is None else -scene.stop
-    return replace(scene, start="U+", rate=-scene.rate, stop=stop)
+    """A planar scene or its mirror image, whichever starts from U+."""
+    return scene if scene.start == "U+" else scene.mirror
 
 
 def _side(scene: Scene) -> float:
@@ -295,31 +292,27 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
             reason = (
                 f"a run would ring for some {steps:.0f} steps between its snaps: the last fold from finite "
                 f"elements and the delay from its normal form, to {uncertain:.1e}, if the energy of the "
-                "first snap is below the barrier; else rods"
+                "first snap is below the barrier; else a run"
             )
             return Choice(
                 scene, quantity, tolerance, "folds", {}, uncertain, _FOLDS_SECONDS, reason, motion=motion
             )
-    reason = "sheared: rods, in three dimensions"
-    return _rods(scene, tolerance, quantity, motion, laws, reason)
-
-
-def _rods(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws, reason: str) -> Choice:
-    """Rods on the meshes whose extrapolation has settled in half of the scenes that were measured."""
-    ribbon = laws.ribbon
-    rungs = range(1, len(ribbon.meshes) - 1)
-    first = next((k for k in rungs if ribbon.mesh_error(scene.start, k) <= tolerance), rungs[-1])
-    begin = ribbon.meshes[ribbon.beginning(first)]
-    step, _ = ribbon.tolerance(scene, tolerance)
-    error = ribbon.mesh_error(scene.start, first)
-    reason += (
-        f" of N = {', '.join(map(str, begin))}, extrapolated, tolerance {step:g} L; half of the scenes "
-        f"measured are then within {error:.1e}, and the run goes on where this one is not"
-    )
-    policy = {"meshes": begin, "tolerance": step, "first": first}
-    return Choice(
-        scene, quantity, tolerance, "der", policy, error, ribbon.seconds(first), reason, motion=motion
-    )
+    rung, bound = ladder.beginning(scene, tolerance, laws.elements)
+    count, local = laws.elements.ladder[rung]
+    first = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L"
+    if bound is not None:
+        reason = f"{first} do, to {bound:.1e}, unless the run rattles: then finer ones check it"
+        error, seconds = bound, laws.elements.seconds[rung]
+    else:
+        where = (
+            "checked by a finer run"
+            if ladder.covered(scene, laws.elements)
+            else ("outside of what the law was measured for, each run checked by a finer one")
+        )
+        reason = f"{first}, {where}"
+        error, seconds = laws.elements.typical[rung], sum(laws.elements.seconds[rung : rung + 2])
+    policy = {"elements": count, "tolerance": local, "extensible": True}
+    return Choice(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)
 
 
 def _once(plan: Choice) -> climb.Settled:
@@ -328,6 +321,20 @@ def _once(plan: Choice) -> climb.Settled:
     policy = {**plan.policy, "until": "snap"}
     run, history = climb.timed(plan.model, model.simulate, endless(plan.scene), plan.quantity, policy)
     return climb.Settled(run.value, plan.estimate, False, (run,), history)
+
+
+def _by_elements(plan: Choice) -> climb.Settled:
+    """Elements on finer and finer meshes; rods after all where the elements fail."""
+
+    def settle(scene: Scene) -> climb.Settled:
+        return ladder.elements(
+            scene, plan.quantity, plan.tolerance, shipped().elements, configurations=plan.motion
+        )
+
+    try:
+        return climb.stopped(plan.scene, settle)
+    except SolverError:
+        return _climbed(plan)
 
 
 def _climbed(plan: Choice, first: int = 1) -> climb.Settled:
@@ -368,7 +375,7 @@ def _slow_error(scene: Scene) -> float:
 
 def _slow(plan: Choice) -> climb.Settled:
     """The last fold of Path 2 and its predicted delay; rods after all where energy may carry it over."""
-    return _predicted(plan) or _climbed(plan)
+    return _predicted(plan) or _by_elements(plan)
 
 
 def _predicted(plan: Choice) -> climb.Settled | None:

@@ -158,7 +158,7 @@ def _tenth(tolerance: float) -> float:
     return float(f"{0.1 * tolerance:.6g}")
 
 
-def _rattles(history: History, scene: Scene) -> bool:
+def rattles(history: History, scene: Scene) -> bool:
     """Whether the ribbon still remembers its first snap when it passes z = 0."""
     first, last = history.crossing("slope"), history.crossing("height")
     if first is None or last is None:
@@ -284,7 +284,7 @@ def rods(
         climbing.add(ladder.pop(0))
     done: list[Run] = []
     trust = 1.0
-    if quantity == "snap" and climbing.history is not None and _rattles(climbing.history, scene):
+    if quantity == "snap" and climbing.history is not None and rattles(climbing.history, scene):
         begin, trust = 3, _RATTLE
         ladder = [nodes for nodes in ladder if nodes <= _RATTLED]
         for last in (False, True):
@@ -308,7 +308,7 @@ def rods(
         value, error = climbing.limit() if len(climbing.values) >= begin else (None, math.inf)
         total = trust * error + (error_in_time if value is not None else 0.0)
         settled = total <= tolerance
-        if settled and trust == 1.0 and climbing.history is not None and _rattles(climbing.history, scene):
+        if settled and trust == 1.0 and climbing.history is not None and rattles(climbing.history, scene):
             # the coarsest mesh did not show it
             trust = _RATTLE
             continue

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 import der
-from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, quasilinear
+from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 
-from .climb import endless
+from .climb import endless, rattles
 from .laws import Policy
 
 
@@ -68,6 +68,19 @@ def random_ribbon(rng: np.random.Generator) -> Scene:
         except SceneError:
             continue
         return scene
+
+
+def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, float, bool]:
+    """Angle of the snap of a run of elements (nan: none), its CPU seconds, whether it rattles."""
+    begin = time.process_time()
+    policy: dict[str, Any] = {"elements": elements, "tolerance": tolerance, "extensible": True}
+    try:
+        history = kirchhoff.simulate(endless(scene), configurations=False, until="snap", **policy)
+    except (SceneError, SolverError):
+        return float("nan"), time.process_time() - begin, False
+    found = history.crossing()
+    angle = float("nan") if found is None else found[1]
+    return angle, time.process_time() - begin, rattles(history, scene)
 
 
 def rod_snap(scene: Scene, nodes: int, tolerance: float) -> tuple[float, float]:

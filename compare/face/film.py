@@ -8,23 +8,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
 from ribbonfem import History
 
 from .curve import Curve
 from .style import draw_curve, plt
-from .surface import Strip, of_motion
+from .surface import Strip, of_motion, state_name
 
 _FACE, _BACK, _LINE = "#3d7ea6", "#e8a87c", "#1b3a4b"
 _SECONDS = 0.05
 
 
-def _state(height: float, slope: float) -> str:
-    """The name of a shape by its signs, as `der.modes` names it; level ones have no letter."""
-    u = "" if abs(height) < 1e-6 else "U+" if height > 0.0 else "U-"
-    if abs(slope) < 1e-6 or not u:
-        return u
-    return u + ("S-" if height * slope > 0.0 else "S+")
+def _as_placed() -> PlaceHolderLayoutEngine:
+    """Axes stay where they are put; `layout="none"` is forgotten by matplotlib with the first frame saved."""
+    return PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=False)
 
 
 class _Stage:
@@ -32,7 +30,7 @@ class _Stage:
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History) -> None:
         self.strip = strip
-        self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100)
+        self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
         self.above = self.figure.add_axes((0.09, 0.12, 0.40, 0.24))
         self.plot = self.figure.add_axes((0.66, 0.13, 0.32, 0.76))
@@ -92,7 +90,7 @@ class _Stage:
         self.moving = [surface, patch, line, *self._clamps(edges)]
         angle, height = float(self.strip.angle[frame]), float(self.strip.height[frame])
         self.mark.set_data([angle], [height])
-        name = _state(height, float(self.strip.slope[frame]))
+        name = state_name(height, float(self.strip.slope[frame]))
         self.title.set_text(f"t = {self.strip.time[frame]:.3g} s, α = {angle:.3f} rad: {name}")
 
 
@@ -155,7 +153,7 @@ def stills(history: History, instants: Any, titles: Any = ()) -> Any:
     """The ribbon at some instants (s), side by side in perspective, as the paper's Fig. 2 shows shapes."""
     instants = np.atleast_1d(np.asarray(instants, dtype=float))
     columns = len(instants)
-    fig = plt.figure(figsize=(2.9 * columns, 2.6))
+    fig = plt.figure(figsize=(2.9 * columns, 2.6), layout=_as_placed())
     lows, highs = [], []
     strips = []
     for instant in instants:
@@ -183,6 +181,6 @@ def stills(history: History, instants: Any, titles: Any = ()) -> Any:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         axes.view_init(elev=18.0, azim=-75.0)
         axes.set_axis_off()
-        name = titles[k] if k < len(titles) else _state(float(strip.height[-1]), float(strip.slope[-1]))
+        name = titles[k] if k < len(titles) else state_name(float(strip.height[-1]), float(strip.slope[-1]))
         axes.set_title(name, fontsize=9)
     return fig

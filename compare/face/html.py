@@ -28,6 +28,8 @@ th:first-child, td:first-child { text-align: left }
 .scroll { overflow-x: auto } caption, summary { text-align: left; font-weight: 600; padding: .3rem 0 }
 img { max-width: 100% } figcaption, .note { color: var(--soft); font-size: .92rem }
 figure { margin: 1rem 0 } a { color: inherit }
+iframe { width: 100%; height: 46rem; max-height: 95vh; border: 0 }
+@media (max-width: 700px) { iframe { max-height: none } }
 """
 
 
@@ -40,7 +42,15 @@ def _picture(picture: Picture, folder: Path) -> str:
         return f'<p class="note">{caption} (not shown: {file} is no file of this folder)</p>'
     if not path.is_file():
         return f'<p class="note">{caption} (not drawn: {file} is missing)</p>'
-    data = f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
+    if path.suffix == ".html":
+        # in the page, which so needs no other file; it may run its code, and reaches nothing of the page
+        inside = html.escape(path.read_text(encoding="utf-8"), quote=True)
+        return (
+            f'<figure><iframe title="{caption}" sandbox="allow-scripts" srcdoc="{inside}"></iframe>'
+            f'<figcaption>{caption} <a href="{file}">On a page of its own</a></figcaption></figure>'
+        )
+    kind = "gif" if path.suffix == ".gif" else "png"
+    data = f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
     return (
         f'<figure><a href="{file}" title="full size"><img alt="{caption}" src="{data}"></a>'
         f"<figcaption>{caption}</figcaption></figure>"

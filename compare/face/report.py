@@ -95,6 +95,15 @@ def _draw(drawing: Drawing, folder: Path) -> Picture:
     return Picture(drawing.file, drawing.caption)
 
 
+def add_pictures(
+    section: Section, folder: Path, order: Sequence[str], more: Sequence[Picture]
+) -> tuple[Section, dict[str, str]]:
+    """Show more pictures in a section that lies in the folder: films, that are made last."""
+    section = replace(section, pictures=(*section.pictures, *more))
+    write_whole(folder / f"{section.name}.json", json.dumps(asdict(section), indent=1))
+    return section, write_page(folder, order)
+
+
 def write_section(
     section: Section, folder: Path, order: Sequence[str], drawings: Iterable[Drawing] = (), found: Any = None
 ) -> tuple[Section, dict[str, str]]:

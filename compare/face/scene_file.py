@@ -17,22 +17,46 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import fields
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from ribbonfem import Ribbon, Scene, SceneError
 from ribbonfem.scene import shown
 
-_FIELDS = ", ".join(item.name for item in fields(Scene) if item.name != "ribbon")
+# the ratios of a ribbon are given by name, and kept in one field
+_RATIOS = ("bending_ratio", "twist_ratio")
+
+
+def _names(owner: type[Scene] | type[Ribbon]) -> list[str]:
+    names = [item.name for item in fields(owner) if item.name != "ratios"]
+    return [*names, *_RATIOS] if owner is Ribbon else names
+
+
+_FIELDS = ", ".join(name for name in _names(Scene) if name != "ribbon")
+
+
+def _meant(owner: type[Scene] | type[Ribbon], name: str) -> str:
+    """Where a key that is none belongs, or the nearest one that is; empty where there is none near."""
+    other: type[Scene] | type[Ribbon] = Ribbon if owner is Scene else Scene
+    if name in _names(other):
+        place = "below [ribbon]" if other is Ribbon else "above [ribbon]"
+        return f"; {name!r} belongs {place}"
+    near = get_close_matches(name.lower(), _names(owner), 1)
+    if near:
+        return f"; perhaps {near[0]!r} is meant"
+    elsewhere = get_close_matches(name.lower(), _names(other), 1)
+    return f"; perhaps {other.__name__}.{elsewhere[0]} is meant" if elsewhere else ""
 
 
 def _known(owner: type[Scene] | type[Ribbon], table: dict[str, Any], path: Path) -> None:
-    # the ratios of a ribbon are given by name, and kept in one field
-    ratios = ["bending_ratio", "twist_ratio"] if owner is Ribbon else []
-    names = [item.name for item in fields(owner) if item.name != "ratios"] + ratios
-    for name in table:
+    names = _names(owner)
+    for name, value in table.items():
         if name not in names:
-            raise SceneError(f"{path}: {owner.__name__}.{name} is not a field; they are {', '.join(names)}")
+            raise SceneError(
+                f"{path}: {owner.__name__}.{name} = {shown(value)}: not a field{_meant(owner, name)}; "
+                f"the fields are {', '.join(names)}"
+            )
 
 
 def read_scene(path: Path | str) -> Scene:
@@ -41,7 +65,8 @@ def read_scene(path: Path | str) -> Scene:
     Raises
     ------
     SceneError
-        For a file that is not TOML, a field that is not one, or a value that cannot be; names it.
+        For a file that is not TOML, a field that is not one, or a value that cannot be: names the file,
+        the key, its value, what is allowed, and the nearest key.
     OSError
         If the file cannot be read.
     """

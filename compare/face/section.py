@@ -39,7 +39,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file in the report's folder and what it shows."""
+    """A PNG or GIF file, or an HTML page of its own, in the report's folder and what it shows."""
 
     file: str
     caption: str

@@ -52,6 +52,14 @@ class Strip:
         return np.stack((self.centre - across, self.centre + across), axis=1)
 
 
+def state_name(height: float, slope: float) -> str:
+    """The name of a shape by its signs, as `der.modes` names it; level ones have no letter."""
+    u = "" if abs(height) < 1e-6 else "U+" if height > 0.0 else "U-"
+    if abs(slope) < 1e-6 or not u:
+        return u
+    return u + ("S-" if height * slope > 0.0 else "S+")
+
+
 def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
@@ -126,7 +134,11 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
 
 
 def area(strip: Strip) -> Array:
-    """(frames,) area of the surface in L^2, of quads between the edges."""
+    """(frames,) area of the surface in L^2, of quads between the edges seen along their normals.
+
+    That is W L. Cross-sections of a rod stay straight, so twist lengthens its edges, and the surface
+    that they sweep is larger, by (W tau)^2 / 24 of it.
+    """
     low, high = strip.edges[:, 0], strip.edges[:, 1]
     one = np.cross(low[:, 1:] - high[:, :-1], high[:, 1:] - low[:, :-1])
     return np.asarray(0.5 * np.linalg.norm(one, axis=-1).sum(axis=1))

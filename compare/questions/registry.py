@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from compare.face.section import Drawing, Section, Table
+from compare.face.section import Drawing, Picture, Section, Table
 
 # one file or folder of this room each, in the order of the report
 ORDER = (
@@ -38,6 +38,10 @@ def _no_files(_: Any) -> dict[str, str]:
     return {}
 
 
+def _no_export(_: Any, __: Path, ___: Any) -> None:
+    return None
+
+
 def _well(_: Any) -> int:
     return 0
 
@@ -55,6 +59,8 @@ class Question:
         parameters are the command's options, its docstring is their help.  It writes nothing.
     words, tables, drawings, values: of a result; no model is called in them.
     files: text files that belong beside the report, by name, of a result.
+    films: what the report shows of the films of a result (GIF) and its interactive views (HTML).
+    export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
     status: the command's exit status, of a result.
     keep: whether finished runs stay in the folder, so that a larger question goes on from them.
     section_name: of a result, where it is not `name`: such a section is a file beside the report.
@@ -69,6 +75,8 @@ class Question:
     tables: Callable[[Any], Iterable[Table]] = _nothing
     drawings: Callable[[Any], Iterable[Drawing]] = _nothing
     files: Callable[[Any], dict[str, str]] = _no_files
+    films: Callable[[Any], Iterable[Picture]] = _nothing
+    export: Callable[[Any, Path, Any], object] = _no_export
     status: Callable[[Any], int] = _well
     keep: bool = False
     section_name: Callable[[Any], str] | None = None
@@ -80,7 +88,9 @@ class Question:
         return Section(name, title, self.words(found), tuple(self.tables(found)), (), self.values(found))
 
 
-def publish(question: Question, found: Any, folder: Path) -> tuple[Section, dict[str, str]]:
+def publish(
+    question: Question, found: Any, folder: Path, progress: Any = None
+) -> tuple[Section, dict[str, str]]:
     """Write a result's section, its files and its pictures into the report's folder, numbers first.
 
     Returns
@@ -94,11 +104,15 @@ def publish(question: Question, found: Any, folder: Path) -> tuple[Section, dict
     """
     # imported here: a command's --help needs neither numpy nor the report
     from compare.archive import write_whole
-    from compare.face.report import write_section
+    from compare.face.report import add_pictures, write_section
+    from compare.sweep import Progress
 
     for name, content in question.files(found).items():
         write_whole(folder / name, content)
-    return write_section(question.section(found), folder, ORDER, question.drawings(found), found)
+    section, left_out = write_section(question.section(found), folder, ORDER, question.drawings(found), found)
+    question.export(found, folder, progress or Progress())
+    more = tuple(question.films(found))
+    return add_pictures(section, folder, ORDER, more) if more else (section, left_out)
 
 
 def summary(name: str) -> str:

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 from compare.chooser.choice import Answer, Choice, choose
+from compare.face import vtu
+from compare.face.curve import Curve
+from compare.face.film import film
 from compare.face.scene_file import read_scene
-from compare.face.section import Drawing, Table
+from compare.face.section import Drawing, Picture, Table
 from compare.face.style import figure
+from compare.face.view import view
+from compare.models import MODELS
 from compare.sweep import Progress, Sweep
+from ribbonfem import History, SceneError, SolverError
+from ribbonfem.policy import whole_number
 
 from .registry import Question
 
@@ -21,11 +29,16 @@ NOT_MET, SENSITIVE = 3, 4
 
 @dataclass(frozen=True)
 class Asked:
-    """What was found: the way that was chosen, and the answer; `file` is the scene's."""
+    """What was found: the way that was chosen, and the answer.
+
+    `file` is the scene's, `curve` the equilibria behind its film, where there is one, of `frames`.
+    """
 
     file: str
     choice: Choice
     answer: Answer
+    curve: Curve | None = None
+    frames: int = 150
 
 
 def _draw(found: Asked) -> Any:
@@ -71,19 +84,34 @@ def main(
     tolerance: float = 1e-3,
     quantity: Literal["snap", "first snap", "fold"] = "snap",
     motion: bool = False,
+    frames: int = 150,
     sweep: Sweep | None = None,
 ) -> Asked:
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
-    ramp's last). --motion asks for the motion up to the snap too. The file holds the fields of a Scene,
-    and a table [ribbon].
+    ramp's last). --motion asks for the motion up to the snap too: a view to turn by hand (run-view.html),
+    a film (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). The
+    file holds the fields of a Scene, and a table [ribbon].
     """
+    whole_number("frames", frames, 2)
     stated = read_scene(scene)
     choice = choose(stated, tolerance, quantity, motion=motion)
     progress = sweep.progress if sweep else Progress()
     (answer,) = (choice.run() for _ in progress("scene", [stated]))
-    return Asked(str(scene), choice, answer)
+    curve = None
+    if answer.history is not None and motion:
+        curve = _curve(answer.history)
+    return Asked(str(scene), choice, answer, curve, frames)
+
+
+def _curve(history: History) -> Curve | None:
+    """The curve of equilibria through the start of a motion; None where it cannot be followed."""
+    scene = replace(history.scene, stop=None, hold=0.0)
+    try:
+        return Curve.of(MODELS[history.model].equilibria(scene, unstable=1))
+    except (SceneError, SolverError):
+        return None
 
 
 def words(found: Asked) -> list[str]:
@@ -113,6 +141,31 @@ def drawings(found: Asked) -> Iterator[Drawing]:
     if found.answer.history is not None:
         caption = "Height at midspan against the clamp angle, of the finest run."
         yield Drawing("run-motion.png", caption, _draw(found))
+
+
+def films(found: Asked) -> Iterator[Picture]:
+    """The motion to turn by hand, and its film, where it was asked for."""
+    if found.choice.motion and found.answer.history is not None:
+        yield Picture("run-view.html", "The motion up to its snap, to be turned and run through by hand.")
+        yield Picture(
+            "run-film.gif", "The ribbon in motion, up to its snap; its frames for ParaView: run-vtu."
+        )
+
+
+def export(found: Asked, folder: Path, progress: Progress) -> None:
+    """The interactive view, the film, and VTU frames with a PVD."""
+    history = found.answer.history
+    if found.choice.motion and history is not None:
+        view(history, folder / "run-view.html", found.curve)
+        count = found.frames
+        film(
+            history,
+            folder / "run-film.gif",
+            curve=found.curve,
+            frames=count,
+            progress=partial(progress, "film"),
+        )
+        vtu.frames(history, folder / "run-vtu", count=count, progress=partial(progress, "frames"))
 
 
 def values(found: Asked) -> dict[str, Any]:
@@ -151,5 +204,7 @@ QUESTION = Question(
     tables=tables,
     drawings=drawings,
     values=values,
+    films=films,
+    export=export,
     status=status,
 )

@@ -11,7 +11,7 @@ from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.newmark import Control
 
-from . import loop, states
+from . import arrays, states
 from .motion import TOLERANCE, UNTIL, at_rest, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh
 
@@ -72,10 +72,10 @@ def escape(
     )
 
 
-def _moving(problem: Statics, found: Departure[Frames]) -> loop.Motion:
+def _moving(problem: Statics, found: Departure[Frames]) -> arrays.Motion:
     """The state of the time loop at a departure, the clamp held."""
     motion = at_rest(problem, found.state)
     velocity, spin = problem.moving(found.state, found.velocity)
     motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
-    motion.clock[loop.PHASE] = 1.0
+    motion.clock[arrays.PHASE] = 1.0
     return motion

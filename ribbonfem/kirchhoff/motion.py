@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import time as clock_time
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
+from ribbonfem.stepping.beam_kernels import Scheme
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
     LARGEST_TURN,
@@ -43,7 +45,7 @@ from ribbonfem.stepping.newmark import (
 )
 from ribbonfem.values import handed_over
 
-from . import loop, plane, states, tangent
+from . import arrays, loop, plane, states, tangent
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -79,11 +81,12 @@ def simulate(
     scene: with a `stop`, of any shear.
     elements: an even number of at least 4; errors fall as elements^-10.
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
-    method: "esdirk4", "esdirk3" (`stepping.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
         (trapezoidal) or "implicit-euler".
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
-    tolerance: of the adaptive step, the local error of positions in L, shortened while
-        the ribbon creeps (by 0.01 at most); 3e-5 if neither is given.
+    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
+        ribbon creeps (down to 0.01 of it); 3e-5 if neither is given.  A step that gains a
+        thousandth of the energy from nowhere is halved too.
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
         balance of the rods and of the paper.
@@ -111,9 +114,9 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
-    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (loop.ROW_SIZE + 6 * nodes) / every)
+    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
-    barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
+    barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
     policy = {
         "elements": elements,
@@ -130,12 +133,14 @@ def simulate(
     return integrate(problem, start, scene, control, ramp, policy, configurations)
 
 
-def lowest_saddle(problem: Statics, state: Frames, scene: Scene) -> float:
-    """Lowest energy of the states with one unstable direction at `stop`, on the curve through a state.
+@lru_cache(maxsize=16)
+def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: bool) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
     -inf if there is none: nothing is then decided early.
     """
-    angle, steps = scene.require_stop(), steps_for(scene)
+    problem, state = states.named(scene, elements=elements, extensible=extensible)
+    steps = steps_for(scene)
     energies = []
     for sign in (-1.0, 1.0):
         for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
@@ -169,16 +174,16 @@ def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
     )
 
 
-def at_rest(problem: Statics, state: Frames) -> loop.Motion:
+def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
     """The state of the time loop in an equilibrium."""
     nodes, elements = len(state.g), problem.tables.elements
     x = np.zeros((nodes, 4))
     x[:, :3] = problem.positions(state, 0.0)
     # the right clamp, to the last digit
     x[-1, :3] = problem.clamps.chord()
-    clock = np.zeros(loop.CLOCK_SIZE)
-    clock[loop.KINK] = 1.0
-    return loop.Motion(
+    clock = np.zeros(arrays.CLOCK_SIZE)
+    clock[arrays.KINK] = 1.0
+    return arrays.Motion(
         x=x,
         v=np.zeros_like(x),
         a=np.zeros_like(x),
@@ -218,7 +223,7 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 
 def ramp_of(
     scene: Scene, control: Control, *, every: int = 1, gyroscopic: bool = False, barrier: float = -np.inf
-) -> loop.Ramp:
+) -> arrays.Ramp:
     """The clamp's motion and the control of steps."""
     unit = scene.ribbon.inertial_time
     rate, stop = scene.rate * unit, scene.require_stop()
@@ -226,8 +231,8 @@ def ramp_of(
     if hold <= 1e-12 * turned:
         # beside the ramp such a hold is rounding
         hold = 0.0
-    newton = NEWTON_TOLERANCE if control.tolerance is None else max(1e-11, NEWTON * control.tolerance)
-    return loop.Ramp(
+    newton = NEWTON_TOLERANCE if control.tolerance is None else NEWTON * control.tolerance
+    return arrays.Ramp(
         rate=rate,
         stop=stop,
         turned=turned,
@@ -249,29 +254,29 @@ class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: tangent.Rod, scheme: loop.Scheme, motion: loop.Motion, configurations: bool, s: Array
+        self, rod: tangent.Rod, scheme: Scheme, motion: arrays.Motion, configurations: bool, s: Array
     ) -> None:
         elements = len(rod.weights)
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
         self.arclength = s
         self.solver = tangent.solver(elements)
-        self.scratch = loop.scratch(elements, scheme.stages)
+        self.scratch = arrays.scratch(elements, scheme.stages)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
-        self.rows = Growing((loop.ROW_SIZE,), *shapes, chunk=_CHUNK)
+        self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)
         self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
 
-    def go(self, ramp: loop.Ramp) -> int:
+    def go(self, ramp: arrays.Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         while True:
             rows, *configurations = self.rows.reserve()
             x, m1 = configurations or self.none
-            self.motion.clock[loop.ROWS] = 0.0
+            self.motion.clock[arrays.ROWS] = 0.0
             status = loop.run(
                 self.rod, self.scheme, ramp, self.solver, self.scratch, self.motion, rows, x, m1
             )
-            self.rows.count += int(self.motion.clock[loop.ROWS])
-            if status != loop.FULL or self.rows.full:
+            self.rows.count += int(self.motion.clock[arrays.ROWS])
+            if status != arrays.FULL or self.rows.full:
                 return int(status)
 
     def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
@@ -292,10 +297,10 @@ class Run:
             load=columns[8],
             arclength=self.arclength,
             stats={
-                "steps": int(clock[loop.STEPS]),
-                "newton_iterations": int(clock[loop.NEWTON]),
-                "assemblies": int(clock[loop.ASSEMBLIES]),
-                "rejected": int(clock[loop.REJECTED]),
+                "steps": int(clock[arrays.STEPS]),
+                "newton_iterations": int(clock[arrays.NEWTON]),
+                "assemblies": int(clock[arrays.ASSEMBLIES]),
+                "rejected": int(clock[arrays.REJECTED]),
                 **stats,
             },
             scene=scene,
@@ -309,10 +314,10 @@ def integrate(
     start: Frames,
     scene: Scene,
     control: Control,
-    ramp: loop.Ramp,
+    ramp: arrays.Ramp,
     policy: dict[str, Any],
     configurations: bool,
-    first: Callable[[], loop.Motion] | None = None,
+    first: Callable[[], arrays.Motion] | None = None,
 ) -> History:
     """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
 
@@ -325,7 +330,7 @@ def integrate(
     rod = discretised(problem, scene)
     scheme = control.method.as_scheme()
 
-    def resting() -> loop.Motion:
+    def resting() -> arrays.Motion:
         return at_rest(problem, start)
 
     begin = first or resting

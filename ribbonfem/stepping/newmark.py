@@ -25,15 +25,15 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ribbonfem import tableaus
 from ribbonfem.growing import Growing
 from ribbonfem.policy import PolicyError, choice, local_error, positive, require_duration
 from ribbonfem.results import DEPARTED, Array
 from ribbonfem.scene import Scene, shown
+from ribbonfem.tableaus import Tableau
 
 from . import beam_kernels as kernels
-from . import tableaus
 from .motion import Motion
-from .tableaus import Tableau
 
 METHODS = (*tableaus.TABLEAUS, "generalised-alpha", "newmark")
 UNTIL = ("end", "snap")

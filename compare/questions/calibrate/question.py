@@ -11,17 +11,21 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from compare.chooser.climb import limit_of
 from compare.chooser.laws import FILE, PlanarLaws, Policy, rounded, shipped
-from compare.chooser.trials import planar_scene, planar_snap, random_planar, random_ribbon, rod_snap
+from compare.chooser.trials import (
+    planar_scene,
+    planar_snap,
+    random_planar,
+)
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
 from compare.models import warm_up
+from compare.questions.registry import Question
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, elastica
 from ribbonfem.delay import NormalForm, predict, universal
 
-from .registry import Question
+from . import ribbons as ribbon_laws
 
 # what the laws cover: dL/L, h/L; rates and dampings times t* take in 1e-4..1 rad/s and 1e-2..1e2 1/s
 COMPRESSIONS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
@@ -44,8 +48,6 @@ ERROR_AXES = {
     "rate": tuple(RATES[::3]) + (RATES[-1],),
     "damping": tuple(DAMPINGS[::3]) + (DAMPINGS[-1],),
 }
-# meshes of rods that are run one after the other until their extrapolation has settled
-MESHES = (31, 51, 76, 101, 151, 201, 301)
 
 
 def _form(arguments: tuple[float, float]) -> tuple[float, float]:
@@ -166,37 +168,6 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     }
 
 
-def _ribbon(scene: Scene) -> dict[str, Any]:
-    runs = [rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
-    times = {f"{t:.0e}": rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
-    times["1e-04"] = runs[MESHES.index(76)][0]
-    return {"snap": [run[0] for run in runs], "seconds": [run[1] for run in runs], "time": times}
-
-
-def ribbon(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
-    """Errors of rods on random ribbons: of extrapolated meshes, and of the integration in time."""
-    rng = np.random.default_rng(seed)
-    drawn = [random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
-    found = sweep("ribbons", _ribbon, drawn)
-    rate = np.array([scene.rate * scene.ribbon.inertial_time for scene in drawn])
-    laws: dict[str, Any] = {"meshes": MESHES, "scenes": scenes, "seed": seed, "time": {}, "mesh": {}}
-    best = np.array([f["time"]["1e-06"] for f in found])
-    for label in ("1e-04", "1e-05"):
-        at = np.array([f["time"][label] for f in found])
-        # ribbons that rattle are looked after by the run itself
-        laws["time"][label] = float(f"{np.nanquantile(np.abs(at - best) / rate, 0.9):.2g}")
-    # the finest has nothing to be measured against; a decade of tolerance takes four fifths of the error
-    laws["time"]["1e-06"] = float(f"{laws['time']['1e-05'] / 5.0:.2g}")
-    for kind in ("U+S+", "U+S-"):
-        chosen = [f["snap"] for f, scene in zip(found, drawn, strict=True) if scene.start == kind]
-        laws["mesh"][kind] = [
-            float(f"{np.nanmedian([limit_of(s[: k + 1], MESHES[: k + 1])[1] for s in chosen]):.2g}")
-            for k in range(1, len(MESHES) - 1)
-        ]
-    laws["seconds"] = rounded(np.median([f["seconds"] for f in found], axis=0), 2)
-    return laws
-
-
 def lags() -> dict[str, Any]:
     """f(Lambda) of the normal form."""
     return {"damping": rounded(np.array(LAGS), 8), "f": [float(f"{universal(x):.9g}") for x in LAGS]}
@@ -257,7 +228,7 @@ class Measured:
 
 def main(
     *,
-    parts: Literal["all", "planar", "ribbon"] = "all",
+    parts: Literal["all", "planar", "ribbon", "elements"] = "all",
     scenes: int = 200,
     ribbons: int = 60,
     seed: int = 7,
@@ -265,15 +236,15 @@ def main(
 ) -> Measured:
     """Measure the laws behind `compare.choose` anew, write them as laws.json, and compare with the shipped.
 
-    --parts planar or ribbon measures half of them; the other half is taken from the shipped file.
+    --parts planar, ribbon (rods) or elements measures a part; the others are taken from the shipped file.
     Scenes are drawn with --seed: planar ones to bound the error of predictions, ribbons for the
     errors of meshes and steps.
     """
     sweep = sweep or Sweep()
-    if parts not in ("all", "planar", "ribbon"):
-        raise ValueError(f"parts = {parts!r}: must be 'all', 'planar' or 'ribbon'")
+    if parts not in ("all", "planar", "ribbon", "elements"):
+        raise ValueError(f"parts = {parts!r}: must be 'all', 'planar', 'ribbon' or 'elements'")
     # compiled once here, before any worker starts
-    warm_up("quasilinear", "elastica", "der")
+    warm_up("quasilinear", "elastica", "kirchhoff", "der")
     new: dict[str, Any] = {}
     if parts in ("all", "planar"):
         planar = planar_folds(sweep)
@@ -283,7 +254,9 @@ def main(
         planar["runs"] = planar_runs(sweep)
         new["planar"] = planar
     if parts in ("all", "ribbon"):
-        new["ribbon"] = ribbon(ribbons, seed, sweep)
+        new["ribbon"] = ribbon_laws.rods(ribbons, seed, sweep)
+    if parts in ("all", "elements"):
+        new["elements"] = ribbon_laws.elements(ribbons, seed, sweep)
     whole = {**({} if parts == "all" else shipped().data), **new}
     return Measured(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
 
@@ -321,12 +294,24 @@ def tables(found: Measured) -> Iterator[Table]:
             "Ribbons: estimated errors, median over scenes",
             ["meshes up to N", "U+S+", "U+S-", "CPU s of the last"],
             [
-                [str(MESHES[k + 1]), *(laws["mesh"][kind][k] for kind in ("U+S+", "U+S-"))]
+                [str(ribbon_laws.MESHES[k + 1]), *(laws["mesh"][kind][k] for kind in ("U+S+", "U+S-"))]
                 + [laws["seconds"][k + 1]]
-                for k in range(len(MESHES) - 2)
+                for k in range(len(ribbon_laws.MESHES) - 2)
             ],
             ["s", ".1e", ".1e", ".3f"],
             f"Extrapolated through the last three meshes at most; {found.ribbons} scenes, tolerance 1e-4.",
+        )
+    if "elements" in found.new:
+        laws = found.laws["elements"]
+        yield Table(
+            "Ribbons by elements: errors of the snap, rad",
+            ["elements", "tolerance", "bound", "median", "CPU s"],
+            [
+                [str(count), local, laws["bound"][k], laws["typical"][k], laws["seconds"][k]]
+                for k, (count, local) in enumerate(laws["ladder"])
+            ],
+            ["s", ".0e", ".1e", ".1e", ".3f"],
+            f"Against the last rung, of {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
         )
     if found.drift:
         yield Table(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ribbonfem.results import Array
+from .results import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +127,8 @@ def esdirk4() -> Tableau:
 
 # by name; what each is called by
 TABLEAUS = {
-    "implicit-euler": implicit_euler,
     "tr-bdf2": tr_bdf2,
     "esdirk3": esdirk3,
     "esdirk4": esdirk4,
+    "implicit-euler": implicit_euler,
 }

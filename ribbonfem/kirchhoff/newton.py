@@ -1,0 +1,180 @@
+"""Newton on a stage of the Kirchhoff rod, and its guesses.
+
+The factors of a tangent are kept over iterations, stages and steps, as long as they serve.
+Guesses of g, n and a are polynomials through the last stages solved, in quaternions: their
+sums, normalised, do not depend on the frame.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ribbonfem.results import Array
+
+from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Ramp, Scratch
+from .consistent import tangents
+from .tangent import P, Rod, Solver, _options, factorise, fill_element, residual, rotate, solve, twist
+
+NEWTON_LIMIT = 20
+# relative change of 1 / (step)^2 for which factors are kept
+KEEP = 0.4
+# 1/t*; stages shorter than one over this are solved the closer the shorter they are
+RESOLVED = 100.0
+# L; Newton tries no harder, and takes it for rounding if increments below the second do not fall
+SMALLEST_CHANGE, ROUNDING = 1e-12, 1e-11
+# an angle counts as a tenth of a length: the half width of the ribbon
+ANGLE = 0.1
+
+
+@njit(**_options)
+def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None:
+    """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to the residual."""
+    for i in range(1, g.shape[0] - 1):
+        w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
+        factor = rod.inertia[i, 3] * v[i, 3]
+        a, b, c = turning[i, 0], turning[i, 1], turning[i, 2]
+        # components along the second and third axis of the body
+        s.fp[i, 1] += factor * (
+            2.0 * (x * y - w * z) * a + (w * w - x * x + y * y - z * z) * b + 2.0 * (y * z + w * x) * c
+        )
+        s.fp[i, 2] += factor * (
+            2.0 * (x * z + w * y) * a + 2.0 * (y * z - w * x) * b + (w * w - x * x - y * y + z * z) * c
+        )
+
+
+@njit(**_options)
+def newton(
+    rod: Rod, s: Solver, t: Scratch, g0: Array, b: float, f: float, ft: float, ramp: Ramp, clock: Array
+) -> int:
+    """Solve a stage from the guesses t.a, t.g, t.n; return the iterations, or minus them on failure.
+
+    x = t.xp + b a, v = t.vp + f a, tangents t.tp + ft (their rate).  Factors are kept while
+    they still reduce the increments; those to come are foretold from the last two.
+    """
+    nu = ramp.damping
+    nodes = g0.shape[0]
+    sigma = 1.0 / b + nu * f / b
+    fresh = not abs(clock[SIGMA] - sigma) <= KEEP * sigma
+    # What Newton leaves in a position, over the step, is in the velocity; all to one side it feeds
+    # the ringing.
+    tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
+    before = rate = 0.0
+    made = 0
+    for i in range(1, nodes - 1):
+        for c in range(3):
+            t.x[i, c] = t.xp[i, c] + b * t.a[i, c]
+    iteration = 0
+    while iteration < NEWTON_LIMIT:
+        iteration += 1
+        for i in range(1, nodes - 1):
+            t.x[i, 3] = twist(g0, t.g, i)
+            for c in range(4):
+                acceleration = (t.x[i, c] - t.xp[i, c]) / b
+                t.a[i, c] = acceleration
+                t.v[i, c] = t.vp[i, c] + f * acceleration
+                t.force[i, c] = acceleration + nu * t.v[i, c]
+        residual(rod, s, t.x, t.g, t.n, t.force)
+        if ramp.gyroscopic:
+            tangents(t.g, t.tangent)
+            for i in range(1, nodes - 1):
+                for c in range(3):
+                    t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
+            _gyroscopic(rod, s, t.g, t.v, t.turning)
+        if fresh:
+            for e in range(rod.weights.shape[0]):
+                fill_element(rod, s, e, t.g, t.n, sigma, False)
+            factorise(s)
+            clock[SIGMA] = sigma
+            clock[ASSEMBLIES] += 1.0
+            made += 1
+        solve(rod, s, sigma)
+        size = 0.0
+        for i in range(1, nodes - 1):
+            for c in range(3):
+                size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
+        # a comparison that NaN fails; max() may hide one in either argument
+        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
+        if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
+            # the old factors are no good here: take no step with them
+            fresh = True
+            continue
+        if not good or made > 8:
+            break
+        for i in range(1, nodes - 1):
+            rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
+            for c in range(3):
+                t.x[i, c] += s.fr[i, c]
+        for e in range(rod.weights.shape[0]):
+            for k in range(P):
+                for c in range(3):
+                    t.n[e, k, c] += s.fn[e, k, c]
+        left = size
+        if before > 0.0:
+            rate = min(0.9, size / before)
+            left = size * rate / (1.0 - rate)
+        if min(size, left) < tolerance or (size < ROUNDING and rate > 0.3):
+            for i in range(1, nodes - 1):
+                t.x[i, 3] = twist(g0, t.g, i)
+                for c in range(4):
+                    t.a[i, c] = (t.x[i, c] - t.xp[i, c]) / b
+                    t.v[i, c] = t.vp[i, c] + f * t.a[i, c]
+            if ramp.gyroscopic:
+                tangents(t.g, t.tangent)
+                for i in range(1, nodes - 1):
+                    for c in range(3):
+                        t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
+            return iteration
+        fresh = iteration > 1 and rate > 0.3
+        before = size
+    clock[SIGMA] = 0.0
+    return -iteration
+
+
+@njit(**_options)
+def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array) -> None:
+    """Keep a solved stage for guesses."""
+    slot = int(clock[POINTS]) % MEMORY
+    clock[POINTS] += 1.0
+    t.known_time[slot] = time
+    t.known_g[slot] = g
+    t.known_n[slot] = n
+    t.known_a[slot] = a
+
+
+@njit(**_options)
+def guess(t: Scratch, clock: Array, time: float) -> None:
+    """Guesses of g, n and a at a time, from the polynomial through the last stages known."""
+    known = int(clock[POINTS])
+    count = min(GUESS, known)
+    for j in range(count):
+        weight = 1.0
+        tj = t.known_time[(known - 1 - j) % MEMORY]
+        for i in range(count):
+            if i != j:
+                ti = t.known_time[(known - 1 - i) % MEMORY]
+                weight *= (time - ti) / (tj - ti)
+        t.lagrange[j] = weight
+    nodes = t.g.shape[0]
+    for i in range(1, nodes - 1):
+        for c in range(4):
+            g = a = 0.0
+            for j in range(count):
+                slot = (known - 1 - j) % MEMORY
+                g += t.lagrange[j] * t.known_g[slot, i, c]
+                a += t.lagrange[j] * t.known_a[slot, i, c]
+            t.g[i, c] = g
+            t.a[i, c] = a
+        w, x, y, z = t.g[i, 0], t.g[i, 1], t.g[i, 2], t.g[i, 3]
+        scale = 1.0 / np.sqrt(w * w + x * x + y * y + z * z)
+        for c in range(4):
+            t.g[i, c] *= scale
+    for e in range(t.n.shape[0]):
+        for k in range(P):
+            for c in range(3):
+                n = 0.0
+                for j in range(count):
+                    n += t.lagrange[j] * t.known_n[(known - 1 - j) % MEMORY, e, k, c]
+                t.n[e, k, c] = n
