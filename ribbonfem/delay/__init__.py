@@ -44,7 +44,7 @@ to none (`lead`).  So
 
     T_s = tau f(Lambda) + gamma (g(Lambda) / tau - (36/35) nu ln tau) - nu beta / 2 - T0(nu),
 
-tau in s inside the logarithm.  Left out are: the next terms of the normal form, gamma^2 tau^-3 and
+tau in s inside the logarithm.  Left out are: the next terms of the normal form, gamma^2 or beta^2 tau^-3, and
 what T0 shows of y^4; the ramp's going on while the ribbon is far from the fold, T0 times
 P rate T_s T0^4 / 36; and the lowest mode's ringing from the clamp's start, which reaches the fold with
 tau^(7/2) P rate / omega^(5/2), less its damping.  `Delay.error` adds their sizes, with factors that

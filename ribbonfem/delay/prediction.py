@@ -20,13 +20,13 @@ class Delay:
     time: s.
     angle: rad, with the sign of the rate.
     damping: Lambda, below 1 inertial and above overdamped.
-    error: estimate of what the time leaves out, s; NaN where nobody estimated it.
+    error: estimate of what the time leaves out, s; infinite where nobody made one, as in the leading order.
     """
 
     time: float
     angle: float
     damping: float
-    error: float = math.nan
+    error: float = math.inf
 
 
 def predict(fold: NormalForm, rate: float, damping: float) -> Delay:

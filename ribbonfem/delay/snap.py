@@ -17,11 +17,11 @@ from .fold import NormalForm
 from .prediction import Delay, predict
 
 QUANTITIES = ("snap", "first snap")
-# gamma y at which escapes start: a few percent off the leading order
-_STARTS = (0.06, 0.02)
+# gamma y at which the first escape starts, a few percent off the leading order; and how much nearer the other
+_START, _APART = 0.06, 3.0
 _FARTHEST = 0.015
 # factors of the terms left out (`ribbonfem.delay`), measured
-_SECOND, _REST, _INERTIAL, _RINGING = 5.0, 1.5, 0.25, 1.5
+_SECOND, _REST, _INERTIAL, _RINGING = 4.0, 1.5, 0.25, 1.5
 
 
 class Model(Protocol):
@@ -85,10 +85,10 @@ def _lead(
     fold = fold % len(forms)
     form = forms[fold]
     found = []
-    # (the farthest one is within reach, and the two stay apart)
-    scale = min(1.0 / abs(form.cubic), _FARTHEST * abs(form.quadratic) / max(_STARTS))
-    for share in _STARTS:
-        y = share * scale
+    # beta stands for the next terms where gamma happens to vanish
+    bend = max(abs(form.cubic), abs(form.mixed))
+    highest = min(_START / bend, _FARTHEST * abs(form.quadratic))
+    for y in (highest, highest / _APART):
         found.append((y, _from(model, scene, form, fold, quantity, y, given)))
     (high, far), (low, near) = found
     power = 1.0 + 0.5 / (1.0 + scene.damping**2 / low)
@@ -173,7 +173,7 @@ def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first:
     slow = max(1.0, first.damping)
     # of y and of time in the inner problem
     size, unit = slow ** (1.0 / 3.0) / tau**2, tau * slow ** (2.0 / 3.0)
-    bends = 0.5 * (form.cubic**2 + form.mixed**2)
+    bends = max(form.cubic**2, form.mixed**2)
     second = _SECOND / min(slow, 20.0) * bends * size**2 * unit
     second += _REST * abs(found.remainder) * size**found.power
     # the ramp goes on while the ribbon is far from the fold
