@@ -12,6 +12,7 @@ import compare
 import der
 from compare.diagrams.record import Diagram
 from compare.face.style import plt
+from compare.face.surface import area, of_rest
 from ribbonfem import Scene, elastica, kirchhoff
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
@@ -86,6 +87,17 @@ def test_a_plot_shows_the_numbers_of_its_result():
     with pytest.raises(ValueError, match="three dimensions"):
         found("rest").plot(plt.figure().add_subplot())
     plt.close("all")
+
+
+@pytest.mark.parametrize("model", [der, kirchhoff], ids=["der", "kirchhoff"])
+def test_a_state_at_rest_is_a_surface_of_the_ribbon(model):
+    state = model.state(SHEARED, **({"nodes": 51} if model is der else {"elements": 8}))
+    strip = of_rest(state)
+    np.testing.assert_allclose(area(strip), SHEARED.ribbon.width / SHEARED.ribbon.length, rtol=1e-3)
+    middle = strip.centre[0, strip.centre.shape[1] // 2]
+    assert middle[2] == pytest.approx(state.height, abs=1e-5)
+    # the two clamps are level, and their normals up
+    np.testing.assert_allclose(strip.normal[0, [0, -1], 2], 1.0, atol=1e-3)
 
 
 @pytest.mark.parametrize("name", EACH)

@@ -12,6 +12,7 @@ from ribbonfem.values import html_table, some_rows
 
 from .curve import Curve
 from .style import draw_curve, figure
+from .surface import of_rest
 
 
 def _axes(axes: Any) -> Any:
@@ -87,9 +88,8 @@ def rest(state: RestState, axes: Any = None) -> Any:
         axes = plt.figure(figsize=(4.4, 3.6)).add_subplot(projection="3d")
     if not hasattr(axes, "plot_surface"):
         raise ValueError("axes: a ribbon needs axes of three dimensions, projection='3d'")
-    across = 0.5 * state.scene.ribbon.width / state.scene.ribbon.length * state.directors[:, 1]
-    edges = np.stack((state.positions - across, state.positions + across))
-    axes.plot_surface(*np.moveaxis(edges, -1, 0), rstride=1, cstride=1, lw=0, color="#3d7ea6")
+    edges = of_rest(state).edges[0]
+    axes.plot_surface(*np.moveaxis(edges, -1, 0), rstride=1, cstride=2, lw=0, color="#3d7ea6")
     low, high = edges.reshape(-1, 3).min(axis=0), edges.reshape(-1, 3).max(axis=0)
     axes.set_box_aspect(np.maximum(high - low, 0.15))
     axes.view_init(elev=18.0, azim=-75.0)
@@ -120,7 +120,8 @@ def convergence(found: Any, axes: Any = None, **line: Any) -> Any:
     axes = _axes(axes)
     sizes, errors = np.array(found.sizes), np.array(found.errors)
     shown = errors > 0.0
-    named = {"label": f"{found.model}, order {found.order:.2f}"} | line
+    order = f", order {found.order:.2f}" if np.isfinite(found.order) else ""
+    named = {"label": f"{found.model}{order}"} | line
     axes.loglog(sizes[shown], errors[shown], "o-", **named)
     if found.expected is not None and shown.any():
         ends = np.array([sizes[shown].min(), sizes[shown].max()])

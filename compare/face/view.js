@@ -203,7 +203,7 @@ function show() {
   point();
   slider.value = frame;
   const state = document.createElement("b");
-  state.textContent = data.state[frame] || "flat";
+  state.textContent = data.state[frame] || "level";
   said.replaceChildren(state, ` t = ${data.time[frame].toFixed(3)} s, α = ${data.angle[frame].toFixed(4)} rad`);
   slider.setAttribute("aria-valuetext", said.textContent);
 }
