@@ -4,6 +4,7 @@
     der.equilibria(scene)   the connected curve of equilibria through the start state
     der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the clamp turns and is held
+    der.escape(scene)       the motion that leaves a fold by itself
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
     der.state, der.stable_states, der.saddle, der.skipping_bound
                             states by name, their passes, the static bound on skipping
@@ -20,6 +21,7 @@ from ribbonfem.names import public
 
 from . import modes
 from .declared import DECLARED
+from .escape import escape
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
 from .verbs import equilibria, folds, frequencies, leaves_plane, normal_forms
@@ -27,6 +29,7 @@ from .verbs import equilibria, folds, frequencies, leaves_plane, normal_forms
 __all__ = [
     "DECLARED",
     "equilibria",
+    "escape",
     "folds",
     "frequencies",
     "leaves_plane",

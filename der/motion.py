@@ -33,7 +33,7 @@ from ribbonfem.values import handed_over
 from . import kernels, plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
-from .states import at_rest, start_state
+from .states import start_state
 
 METHODS = MappingProxyType(
     {
@@ -140,24 +140,10 @@ def simulate(
         # as the loop computes it, and no later by a hold that is rounding beside it
         turned + (hold if hold > 1e-12 * turned else 0.0),
         float(scene.damping * unit),
-        _lowest_saddle(at_rest(scene), nodes, clamp, stop) if until == "decided" else -np.inf,
+        _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
-    # (the others have no use for it)
-    tableau = TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
-    policy = kernels.Policy(
-        METHODS[method],
-        0.0 if fixed is None else fixed / unit,
-        local,
-        newton,
-        float(np.inf),
-        1e-9,
-        float(spectral_radius),
-        tableau.a,
-        tableau.c,
-        tableau.error,
-        ORDERS[method] + 1.0 if METHODS[method] != kernels.RUNGE_KUTTA else tableau.embedded + 1.0,
-    )
+    policy = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     given = {
         "nodes": nodes,
         "clamp": clamp,
@@ -173,10 +159,10 @@ def simulate(
     if method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(method)
-        _Run(rod, state, policy._replace(step=1e-6), 1, False).go(
+        Run(rod, state, policy._replace(step=1e-6), 1, False).go(
             ramp._replace(stop=1e-9 * ramp.rate, end=1e-9)
         )
-    run = _Run(rod, state, policy, every, configurations)
+    run = Run(rod, state, policy, every, configurations)
     begin = clock_time.perf_counter()
     status = run.go(ramp)
     seconds = clock_time.perf_counter() - begin
@@ -198,6 +184,26 @@ def simulate(
     return history
 
 
+def policy_of(method: str, step: float, local: float, newton: float, radius: float = 0.0) -> kernels.Policy:
+    """What the loop is told of a method; `step` in units of t*, 0 for adaptive ones to `local` in L."""
+    # (those that are no Runge-Kutta methods have no use for a tableau)
+    tableau = TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
+    stages = METHODS[method] == kernels.RUNGE_KUTTA
+    return kernels.Policy(
+        METHODS[method],
+        step,
+        local,
+        newton,
+        float(np.inf),
+        1e-9,
+        float(radius),
+        tableau.a,
+        tableau.c,
+        tableau.error,
+        1.0 + (tableau.embedded if stages else ORDERS[method]),
+    )
+
+
 @lru_cache(maxsize=16)
 def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
     """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
@@ -216,11 +222,18 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
     return min(energies, default=-np.inf)
 
 
-class _Run:
+class Run:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: Rod, state: RodState, policy: kernels.Policy, every: int, configurations: bool
+        self,
+        rod: Rod,
+        state: RodState,
+        policy: kernels.Policy,
+        every: int,
+        configurations: bool,
+        velocity: Array | None = None,
+        damping: float = 0.0,
     ) -> None:
         size = 4 * rod.nodes
         statics = Statics(rod)
@@ -261,6 +274,10 @@ class _Run:
         self.clock[kernels.POWER] = kernels._moment(self.constants, gradient, 0.0)
         # adaptive runs start with a step far below any period and grow
         self.clock[kernels.STEP] = policy.step or 1e-4
+        if velocity is not None:
+            free = rod.free
+            self.motion.v[free] = velocity
+            self.motion.a[free] = -gradient[free] / rod.inertia[free] - damping * velocity
         self.kept = configurations
         nodes = rod.nodes
         shapes = ((nodes, 3), (nodes - 1, 3)) if configurations else ()
@@ -287,9 +304,11 @@ class _Run:
                 return int(status)
             rows, x, m1 = self._room()
 
-    def history(self, scene: Scene, policy: dict[str, object], stats: dict[str, float]) -> History:
-        """The rows so far as a `History`."""
-        rows, *configurations = map(handed_over, self._in_seconds(scene))
+    def history(
+        self, scene: Scene, policy: dict[str, object], stats: dict[str, float], began: float = 0.0
+    ) -> History:
+        """The rows so far as a `History` from the loop's time `began`."""
+        rows, *configurations = map(handed_over, self._in_seconds(scene, began))
         clock = self.clock
         time, angle, height, slope, *energies, load = rows.T
         return History(
@@ -313,7 +332,8 @@ class _Run:
             model="der",
         )
 
-    def _in_seconds(self, scene: Scene) -> list[Array]:
+    def _in_seconds(self, scene: Scene, began: float) -> list[Array]:
         arrays = self.rows.taken()
+        arrays[0][:, kernels.ROW_TIME] -= began
         arrays[0][:, kernels.ROW_TIME] *= scene.ribbon.inertial_time
         return arrays

@@ -12,13 +12,18 @@ from ribbonfem.scene import Scene
 from . import kernels
 from .problem import Statics
 from .rod import Rod
-from .states import start_state
+from .states import RodState, forget, start_state
 
 
 def start(scene: Scene, nodes: int) -> Callable[[], Any]:
-    """The static start of a scene, as a call to be timed."""
+    """The static start of a scene, as a call to be timed: what is kept of earlier calls is forgotten."""
     rod = Rod(scene, nodes)
-    return lambda: start_state(rod)
+
+    def afresh() -> RodState:
+        forget()
+        return start_state(rod)
+
+    return afresh
 
 
 def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:

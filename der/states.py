@@ -9,7 +9,6 @@ reversal s -> L - s with r -> R - r.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -248,11 +247,6 @@ def _from_coarse(rod: Rod) -> RodState | None:
     return state if line.index == 0 and name(rod, state) == wanted else None
 
 
-def at_rest(scene: Scene) -> Scene:
-    """The scene without its ramp: what its equilibria depend on."""
-    return replace(scene, rate=1.0, stop=None, hold=0.0, damping=0.0)
-
-
 def start_state(rod: Rod) -> RodState:
     """The stable equilibrium that the scene starts from.
 
@@ -265,7 +259,12 @@ def start_state(rod: Rod) -> RodState:
     SolverError
         If the pre-deformation fails.
     """
-    return _start_of(at_rest(rod.scene), rod.nodes, rod.clamp).copy()
+    return _start_of(rod.scene.at_rest, rod.nodes, rod.clamp).copy()
+
+
+def forget() -> None:
+    """Forget the start states that are kept."""
+    _start_of.cache_clear()
 
 
 @lru_cache(maxsize=16)

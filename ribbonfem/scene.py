@@ -155,6 +155,11 @@ class Scene:
             start = self.start
         return replace(self, start=start, rate=-self.rate, stop=None if self.stop is None else -self.stop)
 
+    @property
+    def at_rest(self) -> Scene:
+        """The scene without its ramp: what its equilibria depend on."""
+        return replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0)
+
     @cached_property
     def scaled_rate(self) -> float:
         """The rate times t*: rad."""

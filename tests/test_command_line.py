@@ -173,7 +173,8 @@ def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
 
 
 def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):
-    words = ["run", str(scene), "--motion", "--tolerance", "1e-2", "--out", str(tmp_path), "--quiet"]
+    words = ["run", str(scene), "--motion", "--frames", "3", "--tolerance", "1e-2", "--quiet"]
+    words += ["--out", str(tmp_path)]
     assert main(words) == 0
     kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")}
     page = (tmp_path / report.PAGE).read_bytes()
@@ -190,7 +191,7 @@ def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene,
 
 def test_what_was_found_is_read_back_whole(tmp_path, scene):
     question = named("run")
-    found = question.main(scene, motion=True, tolerance=1e-2)
+    found = question.main(scene, motion=True, frames=3, tolerance=1e-2)
     publish(question, found, tmp_path)
     again = load(tmp_path / "run.found")
     assert question.values(again) == question.values(found)

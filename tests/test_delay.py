@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene, continuation, delay, elastica, quasilinear
+from ribbonfem.delay.curve import _outer
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
 FREE = 2.338107410459767  # first zero of Ai(-x)
@@ -32,7 +33,7 @@ def test_universal_curve_limits():
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 1.5, 4.0])
 def test_universal_curve_against_plain_integration(damping):
     """From the slow solution far before the fold to a = 1e6; what is left is sqrt(6 / a) + 0.6 Lambda / a."""
-    start = delay._outer(1.0, damping, 30.0)
+    start = _outer(1.0, damping, 30.0)
 
     def end(t, y):
         return y[0] - 1e6

@@ -71,7 +71,7 @@ def test_run_answers_from_the_command_line(tmp_path, capsys):
     values = json.loads(capsys.readouterr().out)
     assert values["model"] == "prediction"
     assert values["met"]
-    assert main(["run", str(path), "--tolerance", "1e-2", "--motion", *out]) == 0
+    assert main(["run", str(path), "--tolerance", "1e-2", "--motion", "--frames", "3", *out]) == 0
     moved = json.loads(capsys.readouterr().out)
     assert abs(moved["value"] - values["value"]) < 1e-2
     assert len(moved["motion"]["angle"]) == len(moved["motion"]["height"])

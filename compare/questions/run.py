@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import Any, Literal
 
 from compare.chooser.choice import Answer, Choice, choose
+from compare.face import vtu
 from compare.face.curve import Curve
 from compare.face.film import film
 from compare.face.scene_file import read_scene
 from compare.face.section import Drawing, Picture, Table
 from compare.face.style import figure
 from compare.face.view import view
-from compare.face.vtu import frames
 from compare.models import MODELS
 from compare.sweep import Progress, Sweep
 from ribbonfem import History, SceneError, SolverError
+from ribbonfem.policy import whole_number
 
 from .registry import Question
 
@@ -30,13 +31,14 @@ NOT_MET, SENSITIVE = 3, 4
 class Asked:
     """What was found: the way that was chosen, and the answer.
 
-    `file` is the scene's, `curve` the equilibria behind its film, where there is one.
+    `file` is the scene's, `curve` the equilibria behind its film, where there is one, of `frames`.
     """
 
     file: str
     choice: Choice
     answer: Answer
     curve: Curve | None = None
+    frames: int = 150
 
 
 def _draw(found: Asked) -> Any:
@@ -82,15 +84,17 @@ def main(
     tolerance: float = 1e-3,
     quantity: Literal["snap", "first snap", "fold"] = "snap",
     motion: bool = False,
+    frames: int = 150,
     sweep: Sweep | None = None,
 ) -> Asked:
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
     ramp's last). --motion asks for the motion up to the snap too: a view to turn by hand (run-view.html),
-    a film (run-film.gif) and frames for ParaView (run-vtu/motion.pvd). The file holds the fields of a
-    Scene, and a table [ribbon].
+    a film (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). The
+    file holds the fields of a Scene, and a table [ribbon].
     """
+    whole_number("frames", frames, 2)
     stated = read_scene(scene)
     choice = choose(stated, tolerance, quantity, motion=motion)
     progress = sweep.progress if sweep else Progress()
@@ -98,7 +102,7 @@ def main(
     curve = None
     if answer.history is not None and motion:
         curve = _curve(answer.history)
-    return Asked(str(scene), choice, answer, curve)
+    return Asked(str(scene), choice, answer, curve, frames)
 
 
 def _curve(history: History) -> Curve | None:
@@ -153,8 +157,15 @@ def export(found: Asked, folder: Path, progress: Progress) -> None:
     history = found.answer.history
     if found.choice.motion and history is not None:
         view(history, folder / "run-view.html", found.curve)
-        film(history, folder / "run-film.gif", curve=found.curve, progress=partial(progress, "film"))
-        frames(history, folder / "run-vtu", progress=partial(progress, "frames"))
+        count = found.frames
+        film(
+            history,
+            folder / "run-film.gif",
+            curve=found.curve,
+            frames=count,
+            progress=partial(progress, "film"),
+        )
+        vtu.frames(history, folder / "run-vtu", count=count, progress=partial(progress, "frames"))
 
 
 def values(found: Asked) -> dict[str, Any]:

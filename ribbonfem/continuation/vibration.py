@@ -22,8 +22,11 @@ class InertialProblem(Problem[State], Protocol):
         """The time, in s, that the mass is counted in."""
         ...
 
-    def momentum(self, state: State, velocity: Array) -> Array:
-        """M v of the unknowns' rates `velocity` (n,); zero for multipliers and what else has no mass."""
+    def momentum(self, state: State, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of the unknowns' rates `velocity` (n,) while the parameter changes at the rate `turning`.
+
+        Zero for multipliers and what else has no mass.
+        """
         ...
 
 

@@ -5,6 +5,7 @@ from ribbonfem.names import public
 from .declared import DECLARED
 from .verbs import (
     equilibria,
+    escape,
     folds,
     frequencies,
     leaves_plane,
@@ -15,6 +16,7 @@ from .verbs import (
 __all__ = [
     "DECLARED",
     "equilibria",
+    "escape",
     "folds",
     "frequencies",
     "leaves_plane",

@@ -144,25 +144,36 @@ class Statics:
         np.add.at(total, self.mesh.dofs, local)
         return total
 
-    def momentum(self, state: _State, velocity: Array) -> Array:
-        """M v of rates of phi and n: of the motion of r that follows from them, seen by the same unknowns."""
+    def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of rates of phi, n and alpha: of the motion of r that follows, seen by the same unknowns."""
         mesh, c = self.mesh, self.compliance
+        fields = self.moving(state, velocity, turning)
         cos, sin, along, across = self._section(state)
         stretch = 1.0 + c * along
-        phi = np.zeros(mesh.count)
-        phi[1:-1] = velocity[:-2]
-        turn = mesh.at_gauss(phi, mesh.value)
         moment, force = np.zeros(mesh.count), np.zeros(2)
-        for t, normal in ((cos, -sin), (sin, cos)):
+        for field, t, normal in zip(fields, (cos, sin), (-sin, cos), strict=True):
             by_turn = normal * stretch + c * across * t
-            rate = by_turn * turn + c * t * (cos * velocity[-2] + sin * velocity[-1])
-            field = mesh.integral(rate)
             weight = mesh.integral_adjoint(
                 self._gather(np.einsum("eij,ej->ei", self.inertia, field[mesh.dofs]))
             )
             moment += self._gather(np.einsum("eiq,eq->ei", mesh.value, weight * by_turn))
             force += c * np.array([(weight * t * cos).sum(), (weight * t * sin).sum()])
         return np.concatenate((moment[1:-1], force))
+
+    def moving(self, state: _State, velocity: Array, turning: float = 0.0) -> tuple[Array, Array]:
+        """Rates of the dofs of x and z, by rates of phi, n and alpha."""
+        mesh, c = self.mesh, self.compliance
+        cos, sin, along, across = self._section(state)
+        stretch = 1.0 + c * along
+        phi = np.zeros(mesh.count)
+        phi[0], phi[1:-1] = -turning, velocity[:-2]
+        turn = mesh.at_gauss(phi, mesh.value)
+        longer = c * (cos * velocity[-2] + sin * velocity[-1])
+        x, z = (
+            mesh.integral((normal * stretch + c * across * t) * turn + t * longer)
+            for t, normal in ((cos, -sin), (sin, cos))
+        )
+        return x, z
 
     def shape(self, state: _State) -> tuple[Array, Array]:
         """Dofs of x and z, by quadrature from the left clamp."""

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
-from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene, SceneError
-from ribbonfem.stepping.newmark import Control, integrate
+from ribbonfem.stepping.newmark import Control, Held, integrate
 
 from . import sideways
 from .motion import at_rest, tables, vibrations
 from .problem import Statics
 
-__all__ = ["equilibria", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
+__all__ = ["equilibria", "escape", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
 
 TOLERANCE = 3e-6
 
@@ -127,6 +129,19 @@ def equilibria(
     return curve.as_branch(scene, policy, "elastica", problem.arclength)
 
 
+def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array]]:
+    """Slopes (rows,) and positions (rows, nodes, 3) of rows of the dofs of the time loop."""
+    mesh = problem.mesh
+    nodes = mesh.degree * np.arange(mesh.elements + 1)
+    index, weights = mesh.middle_weights()
+
+    def observe(q: Array, w: Array) -> tuple[Array, Array]:
+        x, z = q[:, nodes], q[:, mesh.count + nodes]
+        return np.sin(w[:, index] @ weights), np.stack((x, np.zeros_like(x), z), axis=2)
+
+    return observe
+
+
 @verb
 def simulate(
     scene: Scene,
@@ -168,15 +183,7 @@ def simulate(
     problem = _problem(scene, elements, extensible)
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    mesh = problem.mesh
-    nodes = mesh.degree * np.arange(mesh.elements + 1)
-    index, weights = mesh.middle_weights()
-
-    def observe(q: Array, w: Array) -> tuple[Array, Array]:
-        x, z = q[:, nodes], q[:, mesh.count + nodes]
-        return np.sin(w[:, index] @ weights), np.stack((x, np.zeros_like(x), z), axis=2)
-
-    motion = integrate(tables(problem), scene, control, *at_rest(problem, state), observe)
+    motion = integrate(tables(problem), scene, control, *at_rest(problem, state), _observer(problem))
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -187,4 +194,52 @@ def simulate(
         "until": until,
     }
     motion.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
+    return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)
+
+
+@verb
+def escape(
+    scene: Scene,
+    *,
+    fold: int = 0,
+    amplitude: float = 3e-3,
+    elements: int = 10,
+    extensible: bool = False,
+    tolerance: float = 1e-7,
+    until: str = "end",
+) -> History:
+    """The motion that leaves a fold at the fold's own angle, the clamp held there.
+
+    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
+    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+
+    Parameters
+    ----------
+    fold: which of the `folds` of a ramp, from 0.
+    amplitude: of the null vector, in L with the whole beam of mass 1, at most 0.05.
+    tolerance: of the adaptive step, the local error of positions in L.
+    elements, extensible, until: as in `simulate`.
+
+    Raises
+    ------
+    PolicyError, SolverError
+        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+    """
+    control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)
+    problem = _problem(scene, elements, extensible)
+    found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
+    q, w = at_rest(problem, found.state)
+    x, z = problem.moving(found.state, found.velocity)
+    # the right clamp, to the last digit
+    x[-1] = z[-1] = 0.0
+    held = Held(found.form.angle, np.concatenate((x, z)), duration)
+    motion = integrate(tables(problem), scene, control, q, w, _observer(problem), held)
+    policy = {
+        "fold": fold,
+        "amplitude": amplitude,
+        "elements": elements,
+        "extensible": extensible,
+        "tolerance": tolerance,
+        "until": until,
+    }
     return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)

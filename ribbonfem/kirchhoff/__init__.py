@@ -3,6 +3,7 @@
 from ribbonfem.names import public
 
 from .declared import DECLARED
+from .escape import escape
 from .motion import simulate
 from .verbs import (
     Pitchforks,
@@ -27,6 +28,7 @@ __all__ = [
     "RestState",
     "ShearCurve",
     "equilibria",
+    "escape",
     "folds",
     "frequencies",
     "leaves_plane",

@@ -231,7 +231,7 @@ def run(
             # the clamp's velocity jumps: velocities and forces that fit the new one
             if clock[STEPS] == 0.0:
                 tangents(y.g, y.tangent)
-                _record(rod, s, y, 0.0, rows, row_x, row_m1)
+                _record(rod, s, y, 0.0 if phase == 0 else ramp.stop, rows, row_x, row_m1)
                 clock[SIDE] = rows[0, 2] if abs(rows[0, 2]) > DEPARTED else 0.0
             before = 0.0 if phase == 0 else ramp.rate
             impulse = project(rod, s, y, t, spin, ramp)

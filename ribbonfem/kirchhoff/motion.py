@@ -20,6 +20,8 @@ the mesh, and inside the elements everything is eliminated (`tangent`): six unkn
 from __future__ import annotations
 
 import time as clock_time
+from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -114,7 +116,7 @@ def simulate(
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
-    barrier = lowest_saddle(problem, start, scene) if until == "decided" else -np.inf
+    barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
     policy = {
         "elements": elements,
@@ -131,12 +133,14 @@ def simulate(
     return integrate(problem, start, scene, control, ramp, policy, configurations)
 
 
-def lowest_saddle(problem: Statics, state: Frames, scene: Scene) -> float:
-    """Lowest energy of the states with one unstable direction at `stop`, on the curve through a state.
+@lru_cache(maxsize=16)
+def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: bool) -> float:
+    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
     -inf if there is none: nothing is then decided early.
     """
-    angle, steps = scene.require_stop(), steps_for(scene)
+    problem, state = states.named(scene, elements=elements, extensible=extensible)
+    steps = steps_for(scene)
     energies = []
     for sign in (-1.0, 1.0):
         for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
@@ -171,12 +175,12 @@ def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
 
 
 def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
-    """The state of the time loop in an equilibrium at alpha = 0."""
+    """The state of the time loop in an equilibrium."""
     nodes, elements = len(state.g), problem.tables.elements
     x = np.zeros((nodes, 4))
     x[:, :3] = problem.positions(state, 0.0)
     # the right clamp, to the last digit
-    x[-1, :3] = problem.at(0.0).chord()
+    x[-1, :3] = problem.clamps.chord()
     clock = np.zeros(arrays.CLOCK_SIZE)
     clock[arrays.KINK] = 1.0
     return arrays.Motion(
@@ -313,8 +317,9 @@ def integrate(
     ramp: arrays.Ramp,
     policy: dict[str, Any],
     configurations: bool,
+    first: Callable[[], arrays.Motion] | None = None,
 ) -> History:
-    """Step a rod from rest in an equilibrium through the scene's ramp and hold.
+    """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
 
     Raises
     ------
@@ -324,17 +329,22 @@ def integrate(
     global _warm
     rod = discretised(problem, scene)
     scheme = control.method.as_scheme()
+
+    def resting() -> arrays.Motion:
+        return at_rest(problem, start)
+
+    begin = first or resting
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
-        Run(rod, scheme, at_rest(problem, start), False, problem.arclength).go(
-            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        Run(rod, scheme, begin(), False, problem.arclength).go(
+            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )
-    run = Run(rod, scheme, at_rest(problem, start), configurations, problem.arclength)
+    run = Run(rod, scheme, begin(), configurations, problem.arclength)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    if scene.planar:
+    if scene.planar and first is None:
         stats["leaves_plane"] = plane.leaves_plane(scene, policy["elements"], policy["extensible"])
     history = run.history(scene, policy, stats)
     problem_met = run.rows.full or problem_of(status, scene, control)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
 from ribbonfem.compiled.banded import Arrow
@@ -238,35 +239,50 @@ class Statics:
         result = np.einsum("ik,eib->ekb", tables.partial[:-1], inside) / tables.elements
         return np.asarray(result + tables.weights[:, :, None] * beyond[:, None])
 
-    def momentum(self, state: Frames, velocity: Array) -> Array:
-        """M v of rates of g and n: of the motion of r that follows from them, and of the spin about t.
+    def momentum(self, state: Frames, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of rates of g, n and alpha: of the motion of r that follows, and of the spin about t.
 
         Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
         """
         tables, c = self.tables, self.soft
+        moved, spin, bend, tangent = self._moving(state, velocity, turning)
+        weights = self._integral_adjoint(self.mass[:, None] * moved)
+        result = np.zeros_like(state.g)
+        share = np.einsum("ekb,ekbc->ekc", weights, bend)
+        np.add.at(result, self._local, np.einsum("ki,ekc->eic", tables.value, share))
+        result += 2.0 * self.spin * (self.mass * spin)[:, None] * _about(state.g)
+        # a tension is the same all along: n has the momentum of the stretch that it makes
+        force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
+        return np.concatenate((result[1:-1].ravel(), force))
+
+    def moving(self, state: Frames, velocity: Array, turning: float = 0.0) -> tuple[Array, Array]:
+        """Velocities (nodes, 3) and spins about the tangent (nodes,) by rates of g, n and alpha."""
+        return self._moving(state, velocity, turning)[:2]
+
+    @property
+    def _local(self) -> NDArray[np.int64]:
+        degree = self.tables.degree
+        return np.arange(self.tables.elements)[:, None] * degree + np.arange(degree + 1)
+
+    def _moving(self, state: Frames, velocity: Array, turning: float) -> tuple[Array, Array, Array, Array]:
+        """`moving`, and at the Gauss points the derivatives of r' (elements, p, 3, 4), and the tangents."""
+        tables, c = self.tables, self.soft
         rate = np.zeros_like(state.g)
         rate[1:-1] = velocity[:-3].reshape(-1, 4)
-        local = np.arange(tables.elements)[:, None] * tables.degree + np.arange(tables.degree + 1)
-        q = np.einsum("ki,eic->ekc", tables.value, state.g[local])
-        turning = np.einsum("ki,eic->ekc", tables.value, rate[local])
+        # by half the angle about y
+        rate[0, 0], rate[0, 2] = -0.5 * turning * state.g[0, 2], 0.5 * turning * state.g[0, 0]
+        q = np.einsum("ki,eic->ekc", tables.value, state.g[self._local])
+        change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
         tangent, derivative = _tangents(q)
         pull = tangent @ state.force
         # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
         bend = (1.0 + c * pull)[:, :, None, None] * derivative
         bend += c * tangent[:, :, :, None] * np.einsum("b,ekbc->ekc", state.force, derivative)[:, :, None]
         longer = c * (tangent @ velocity[-3:])
-        moving = np.einsum("ekbc,ekc->ekb", bend, turning) + longer[:, :, None] * tangent
-        weights = self._integral_adjoint(self.mass[:, None] * self._integral(moving))
-        result = np.zeros_like(state.g)
-        share = np.einsum("ekb,ekbc->ekc", weights, bend)
-        np.add.at(result, local, np.einsum("ki,ekc->eic", tables.value, share))
-        w, x, y, z = state.g.T
-        about = np.stack((-x, w, z, -y), axis=1)
+        moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i
-        result += 4.0 * self.spin * (self.mass * np.sum(about * rate, axis=1))[:, None] * about
-        # a tension is the same all along: n has the momentum of the stretch that it makes
-        force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
-        return np.concatenate((result[1:-1].ravel(), force))
+        spin = 2.0 * np.sum(_about(state.g) * rate, axis=1)
+        return self._integral(moved), spin, bend, tangent
 
     def middle(self, state: Frames) -> tuple[Array, Array]:
         """Position and unit tangent at midspan, (3,) each."""
@@ -290,6 +306,12 @@ class Statics:
             "kappa2": -curvature[:, :, 1].ravel(),
             "tau": curvature[:, :, 0].ravel(),
         }
+
+
+def _about(g: Array) -> Array:
+    """g i (nodes, 4), the direction of a rotation of frames about their tangents."""
+    w, x, y, z = g.T
+    return np.stack((-x, w, z, -y), axis=1)
 
 
 def _tangents(q: Array) -> tuple[Array, Array]:

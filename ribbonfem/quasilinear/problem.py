@@ -99,9 +99,12 @@ class Statics:
         # one negative eigenvalue belongs to the multiplier
         return Linearisation(residual, column, arrow.solve, arrow.negative - 1)
 
-    def momentum(self, state: _State, velocity: Array) -> Array:
-        """M v of rates of the free nodal values and of sigma^2, which has no mass."""
-        return np.append(self.mass[self.free, self.free] @ velocity[:-1], 0.0)
+    def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+        """M v of rates of the free nodal values and of sigma^2, which has no mass; of alpha too."""
+        z = np.zeros(self.mass.shape[0])
+        z[self.free] = velocity[:-1]
+        z[1] = -turning * self.compression**-0.5
+        return np.append((self.mass @ z)[self.free], 0.0)
 
     def middle_weights(self) -> tuple[NDArray[np.int64], Array, Array]:
         """Dofs, and their weights in Z and in Z' at midspan (inside an element, if their number is odd)."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ribbonfem.closed_form import (
@@ -13,11 +15,11 @@ from ribbonfem.closed_form import (
 from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
-from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.newmark import Control, integrate
+from ribbonfem.stepping.newmark import Control, Held, integrate
 
 from .motion import tables
 from .problem import Statics
@@ -28,6 +30,7 @@ __all__ = [
     "closed_form_branch",
     "closed_form_fold",
     "equilibria",
+    "escape",
     "folds",
     "frequencies",
     "normal_forms",
@@ -99,6 +102,18 @@ def equilibria(
     )
 
 
+def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array]]:
+    """Slopes (rows,) and positions (rows, nodes, 3) of rows of the dofs of the time loop."""
+    index, _, weights = problem.middle_weights()
+    length = problem.compression**0.5
+
+    def observe(z: Array, _: Array) -> tuple[Array, Array]:
+        slope = z[:, index] @ weights * length
+        return slope / np.hypot(1.0, slope), problem.shapes(z)
+
+    return observe
+
+
 @verb
 def simulate(
     scene: Scene,
@@ -138,14 +153,13 @@ def simulate(
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
     length = problem.compression**0.5
-    index, _, weights = problem.middle_weights()
-
-    def observe(z: Array, _: Array) -> tuple[Array, Array]:
-        slope = z[:, index] @ weights * length
-        return slope / np.hypot(1.0, slope), problem.shapes(z)
-
     motion = integrate(
-        tables(problem), scene, control.in_units_of(length), state.z, np.array([state.load]), observe
+        tables(problem),
+        scene,
+        control.in_units_of(length),
+        state.z,
+        np.array([state.load]),
+        _observer(problem),
     )
     policy = {
         "elements": elements,
@@ -153,6 +167,58 @@ def simulate(
         "step": step,
         "tolerance": control.tolerance,
         "spectral_radius": spectral_radius,
+        "until": until,
+    }
+    return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)
+
+
+@verb
+def escape(
+    scene: Scene,
+    *,
+    fold: int = 0,
+    amplitude: float = 3e-3,
+    elements: int = 32,
+    tolerance: float = 1e-7,
+    until: str = "end",
+) -> History:
+    """The motion that leaves a fold at the fold's own angle, the clamp held there.
+
+    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
+    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+
+    Parameters
+    ----------
+    fold: which of the `folds` of a ramp, from 0.
+    amplitude: of the null vector, in (dL/L)^(1/2) L with the whole beam of mass 1, at most 0.05.
+    tolerance: of the adaptive step, the local error of positions in L.
+    elements, until: as in `simulate`.
+
+    Raises
+    ------
+    PolicyError, SolverError
+        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+    """
+    control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)
+    problem = Statics(scene, elements)
+    found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
+    length = problem.compression**0.5
+    velocity = np.zeros_like(found.state.z)
+    velocity[problem.free] = found.velocity[:-1]
+    motion = integrate(
+        tables(problem),
+        scene,
+        control.in_units_of(length),
+        found.state.z,
+        np.array([found.state.load]),
+        _observer(problem),
+        Held(found.form.angle, velocity, duration),
+    )
+    policy = {
+        "fold": fold,
+        "amplitude": amplitude,
+        "elements": elements,
+        "tolerance": tolerance,
         "until": until,
     }
     return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)

@@ -862,9 +862,10 @@ def run(
             clock[POWER] = 2.0 * nu * out[0]
             clock[MOMENT] = out[2]
             if clock[STEPS] == 0.0:
-                _record(t, ramp, clock, 0.0, q, w, out, rows, row_q, row_w)
+                _record(t, ramp, clock, 0.0 if phase == 0 else ramp.stop, q, w, out, rows, row_q, row_w)
                 clock[LOWEST] = clock[PEAK] = out[0] + out[1] - clock[WORK]
-                rows[0, 3] = 0.0  # the row is of the instant before the jump
+                if phase == 0:
+                    rows[0, 3] = 0.0  # the row is of the instant before the jump
             clock[KINK] = 0.0
             clock[STEP] = ramp.fixed if ramp.fixed > 0.0 else min(1e-3, 1e-2 * (end - start))
             clock[LAST] = 0.0

@@ -17,6 +17,7 @@ Time is counted in the ribbon's inertial time t*, damping in 1/t*.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -200,6 +201,15 @@ class Control:
         )
 
 
+@dataclass(frozen=True)
+class Held:
+    """A motion at a fixed clamp: its angle (rad), the first velocity of q (per t*), and for how long (s)."""
+
+    angle: float
+    velocity: Array
+    duration: float
+
+
 def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> kernels.Scratch:
     elements, p = tables.dx.shape
     if tables.kind == kernels.ELASTICA:
@@ -259,15 +269,25 @@ def _run(
     q: Array,
     w: Array,
     keep: Callable[[Array, Array, Array], str],
+    v: Array | None = None,
 ) -> tuple[int, Array, str]:
     """The time loop, in as many calls as there are blocks of rows; status, clock and what ended it early.
 
-    `keep` takes the rows, q and w of a block, before the next one is written over it.
+    `keep` takes the rows, q and w of a block, before the next one is written over it.  With a velocity v
+    the clamp is held from the start.
     """
     scratch = _scratch(tables, q, w, scheme.stages)
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
-    state = (q.copy(), np.zeros(len(q)), np.zeros(len(q)), np.zeros(len(q)), w.copy(), np.zeros(len(w)))
+    clock[kernels.PHASE] = 0.0 if v is None else 1.0
+    state = (
+        q.copy(),
+        np.zeros(len(q)) if v is None else v.copy(),
+        np.zeros(len(q)),
+        np.zeros(len(q)),
+        w.copy(),
+        np.zeros(len(w)),
+    )
     rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
     while True:
         status = kernels.run(tables, scheme, ramp, scratch, clock, *state, rows, row_q, row_w)
@@ -285,7 +305,7 @@ def _warm_up(tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp,
     """Load or compile the kernel, once a process, so that no timing contains it."""
     global _warm
     if not _warm:
-        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate, fixed=1e-6)
+        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         _run(tables, scheme, short, q, w, lambda *_: "")
         _warm = True
 
@@ -297,8 +317,11 @@ def integrate(
     q: Array,
     w: Array,
     observe: Callable[[Array, Array], tuple[Array, Array]],
+    held: Held | None = None,
 ) -> Motion:
     """Step a beam from rest in the equilibrium (q, w) through the scene's ramp and hold.
+
+    If it is `held`, from (q, w) with that velocity at a fixed clamp instead.
 
     A fixed step is shortened so that a whole number of steps fits the ramp, and the hold.  An
     adaptive one keeps the estimated local error of q below the tolerance.  A Newton iteration
@@ -313,8 +336,16 @@ def integrate(
         For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
     nodes = observe(q[None], w[None])[1].shape[1]
-    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (kernels.ROW_SIZE + 1 + 3 * nodes))
+    row = 8.0 * (kernels.ROW_SIZE + 1 + 3 * nodes)
+    if held is not None:
+        scene = replace(scene, stop=math.copysign(1.0, scene.rate), hold=held.duration)
+    require_duration(scene, control.step, LARGEST_TURN, row)
     scheme, ramp = control.method.as_scheme(), _ramp(scene, control)
+    if held is not None:
+        # no time passes on the ramp
+        ramp = ramp._replace(
+            rate=0.0, stop=held.angle, turned=0.0, end=scene.hold / scene.ribbon.inertial_time
+        )
     _warm_up(tables, scheme, ramp, q, w)
     kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3))
 
@@ -323,7 +354,7 @@ def integrate(
         return kept.full
 
     began = time.perf_counter()
-    status, clock, full = _run(tables, scheme, ramp, q, w, keep)
+    status, clock, full = _run(tables, scheme, ramp, q, w, keep, None if held is None else held.velocity)
     seconds = time.perf_counter() - began
     rows, slope, positions = kept.taken()
     return Motion(

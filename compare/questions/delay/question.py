@@ -2,158 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-import der
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
 from compare.models import warm_up
 from compare.sweep import Sweep
-from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
-from ribbonfem.delay import NormalForm, predict
-from ribbonfem.results import History
+from ribbonfem.delay import Lead, NormalForm
 
-from .registry import Question
-
-DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
-BEAM = Scene(compression=0.40, shear=0.0, start="U+")
-PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-")
-PATH_2 = Scene(compression=0.40, shear=0.37, start="U+S+")
-
-
-@dataclass(frozen=True)
-class System:
-    """A model on a scene: which instant is its snap, and with what policy it runs.
-
-    `quantity` crosses zero well past the fold; levels near it would bias the exponents.
-    """
-
-    name: str
-    scene: Scene
-    quantity: str
-    simulate: Callable[..., History]
-    normal_forms: Callable[..., tuple[NormalForm, ...]]
-    mesh: dict[str, Any]
-    policy: dict[str, Any]
-
-
-SYSTEMS = {
-    system.name: system
-    for system in (
-        System(
-            "quasi-linear beam",
-            BEAM,
-            "height",
-            quasilinear.simulate,
-            quasilinear.normal_forms,
-            {"elements": 32},
-            {"until": "snap", "tolerance": 1e-7},
-        ),
-        System(
-            "elastica",
-            BEAM,
-            "height",
-            elastica.simulate,
-            elastica.normal_forms,
-            {"elements": 16},
-            {"until": "snap", "tolerance": 1e-7},
-        ),
-        *(
-            System(
-                name,
-                scene,
-                quantity,
-                kirchhoff.simulate,
-                kirchhoff.normal_forms,
-                {"elements": 8, "extensible": True},
-                {"configurations": False, "tolerance": 3e-6},
-            )
-            for name, scene, quantity in (
-                ("elements planar", BEAM, "height"),
-                ("elements Path 1", PATH_1, "height"),
-                ("elements Path 2", PATH_2, "slope"),
-            )
-        ),
-        *(
-            System(
-                name,
-                scene,
-                quantity,
-                der.simulate,
-                der.normal_forms,
-                {"nodes": 51},
-                {"configurations": False},
-            )
-            for name, scene, quantity in (
-                ("DER planar", BEAM, "height"),
-                ("DER Path 1", PATH_1, "height"),
-                ("DER Path 2", PATH_2, "slope"),
-            )
-        ),
-    )
-}
-GROUPS: dict[str, tuple[str, ...]] = {
-    "beam": ("quasi-linear beam", "elastica", "DER planar", "elements planar"),
-    "ribbon": ("DER Path 1", "elements Path 1", "DER Path 2", "elements Path 2"),
-}
-GROUPS["all"] = GROUPS["beam"] + GROUPS["ribbon"]
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One measured delay: rad and s; None where no snap was found."""
-
-    system: str
-    damping: float
-    rate: float
-    damping_ratio: float
-    predicted: float
-    measured: float | None
-    seconds: float
-    problem: str = ""
-
-
-def rates_for(damping: float, decades: int, per_decade: int = 1) -> list[float]:
-    """Rates over `decades` decades up to where a snap still comes within some 2 rad of the fold.
-
-    The overdamped delay grows as (rate nu)^(2/3), so that the fastest rate falls with nu.
-    """
-    fastest = 10.0 / max(1.0, 10.0 ** round(np.log10(damping)) / 10.0) if damping > 1.0 else 10.0
-    count = decades * per_decade + 1
-    return [float(rate) for rate in fastest * np.logspace(-decades, 0.0, count)]
-
-
-def measure(name: str, form: NormalForm, damping: float, rate: float) -> Cell:
-    """Ramp a system through its fold and return by how much the snap is late."""
-    system = SYSTEMS[name]
-    delay = predict(form, rate, damping)
-    seconds, problem = 0.0, ""
-    # a stop soon after the snap: what rings after it is not looked at
-    for room in (1.15, 2.0, 4.0):
-        stop = form.angle + room * delay.angle
-        scene = replace(system.scene, rate=rate, damping=damping, stop=stop)
-        try:
-            history = system.simulate(scene, **system.mesh, **system.policy)
-        except SolverError as error:
-            problem = str(error)
-            break
-        seconds += float(history.stats["seconds"])
-        snap = history.crossing(system.quantity)
-        if snap is not None:
-            measured = snap[1] - form.angle
-            return Cell(name, damping, rate, delay.damping, delay.angle, measured, seconds)
-        if stop > form.angle + 3.0:
-            break
-    return Cell(name, damping, rate, delay.damping, delay.angle, None, seconds, problem or "no snap")
-
-
-def _measure(arguments: tuple[str, NormalForm, float, float]) -> Cell:
-    return measure(*arguments)
+from ..registry import Question
+from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, Escape, escaped, measured, rates_for
 
 
 def slope_of(cells: list[Cell]) -> tuple[float, float, float] | None:
@@ -210,6 +73,10 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
             late = tau * np.exp(curve(np.log(damping * tau)))
             angle.loglog(rates, rates * late, color=colour, lw=0.9)
             time.loglog(rates, late, color=colour, lw=0.9)
+            further = np.array([(c.rate, c.next_order) for c in group if c.next_order > 0.0]).T
+            if further.size:
+                angle.loglog(*further, "--", color=colour, lw=0.9)
+                time.loglog(further[0], further[1] / further[0], "--", color=colour, lw=0.9)
             found = [(c.rate, c.measured) for c in group if c.measured]
             if found:
                 x, y = np.array(found).T
@@ -240,13 +107,14 @@ class Delays:
     forms: dict[str, NormalForm]
     dampings: tuple[float, ...]
     cells: tuple[Cell, ...]
+    escapes: tuple[Escape, ...] = ()
 
     def of(self, name: str, damping: float) -> list[Cell]:
         """The delays of a system at a damping."""
         return [c for c in self.cells if c.system == name and c.damping == damping]
 
 
-def _cost(work: tuple[str, NormalForm, float, float]) -> float:
+def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
     """Slow ramps at little damping take longest."""
     return 1.0 / (work[3] * max(work[2], 1e-2))
 
@@ -271,16 +139,19 @@ def main(
     forms = {}
     for name in sweep.progress("static folds", names):
         system = SYSTEMS[name]
-        forms[name] = system.normal_forms(system.scene, **system.mesh)[0]
+        forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
+    pairs = [(name, damping) for name in names for damping in dampings]
+    escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
+    leads = {(found.system, found.damping): found.lead for found in escapes}
     work = [
-        (name, forms[name], damping, rate)
+        (name, forms[name], damping, rate, leads[name, damping])
         for name in names
         for damping in dampings
         for rate in rates_for(damping, decades)
     ]
     work.sort(key=_cost, reverse=True)
-    cells = sweep("delays", _measure, work, cost=_cost, prepare=warm_up)
-    return Delays(forms, tuple(dampings), tuple(cells))
+    cells = sweep("delays", measured, work, cost=_cost, prepare=warm_up)
+    return Delays(forms, tuple(dampings), tuple(cells), tuple(escapes))
 
 
 def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
@@ -302,7 +173,9 @@ def words(found: Delays) -> list[str]:
     return [
         "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
         "product c a2 comes from statics alone, and with it the delay at any rate and damping: "
-        "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5).",
+        "T_s = (c a2 rate)^(-1/5) f(Lambda), Lambda = nu (c a2 rate)^(-1/5). To the next order the cubic "
+        "term counts, and the time T0 by which the snap precedes the end of the normal form on the one "
+        "trajectory that leaves the fold by itself.",
         "c a2 in s^-4/rad: "
         + ", ".join(f"{name} {form.product:.5g}" for name, form in found.forms.items())
         + ".",
@@ -321,8 +194,9 @@ def tables(found: Delays) -> list[Table]:
     ]
     names = list(found.forms)
     rows = [
-        [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted]
-        + [None if c.measured is None else c.measured / c.predicted, c.seconds, c.problem]
+        [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted, c.next_order, c.error]
+        + [None if c.measured is None else c.measured / of for of in (c.predicted, c.next_order)]
+        + [c.seconds, c.problem]
         for c in sorted(found.cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
     ]
     return [
@@ -338,9 +212,16 @@ def tables(found: Delays) -> list[Table]:
         Table(
             "All cells",
             ["system", "nu (1/s)", "rate (rad/s)", "Lambda", "measured (rad)", "predicted (rad)"]
-            + ["ratio", "s", "problem"],
+            + ["to the next order", "its error", "ratio", "ratio, next order", "s", "problem"],
             rows,
-            ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4f", ".2f", "s"],
+            ["s", "g", ".0e", ".2e", ".4e", ".4e", ".4e", ".0e", ".4f", ".4f", ".2f", "s"],
+        ),
+        Table(
+            "T0: by how much the snap precedes the end of the fold's normal form",
+            ["system", "nu (1/s)", "T0 (s)", "doubt (s)"],
+            [[e.system, e.damping, e.lead.time, e.lead.error] for e in found.escapes],
+            ["s", "g", ".5f", ".0e"],
+            "Of one escape from the fold, the clamp held. doubt: of its extrapolation to no push.",
         ),
     ]
 
@@ -354,7 +235,8 @@ def drawings(found: Delays) -> Iterator[Drawing]:
         if set(GROUPS[group]) <= set(found.forms):
             yield Drawing(
                 f"delay-{group}.png",
-                f"{title}: measured delays (circles) and the prediction from the static fold (lines).",
+                f"{title}: measured delays (circles), the prediction from the static fold (lines), "
+                "and the one to the next order (dashed).",
                 _draw(found.cells, found.forms, GROUPS[group]),
             )
 
@@ -375,6 +257,10 @@ def values(found: Delays) -> dict[str, Any]:
             for name, damping, fitted, _, _, limit in _exponents(found)
         ],
         "cells": [vars(c) for c in found.cells],
+        "leads": [
+            {"system": e.system, "damping": e.damping, "T0": e.lead.time, "error": e.lead.error}
+            for e in found.escapes
+        ],
     }
 
 

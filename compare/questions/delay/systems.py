@@ -1,0 +1,175 @@
+"""The systems whose delays are measured, and one measurement."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+import der
+from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
+from ribbonfem.delay import Lead, NormalForm, lead, next_order, predict
+
+DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
+BEAM = Scene(compression=0.40, shear=0.0, start="U+")
+PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-")
+PATH_2 = Scene(compression=0.40, shear=0.37, start="U+S+")
+
+
+@dataclass(frozen=True)
+class System:
+    """A model on a scene: which instant is its snap, and with what policy it runs.
+
+    `quantity` crosses zero well past the fold; levels near it would bias the exponents.
+    """
+
+    name: str
+    scene: Scene
+    quantity: str
+    model: ModuleType
+    mesh: dict[str, Any]
+    policy: dict[str, Any]
+
+
+SYSTEMS = {
+    system.name: system
+    for system in (
+        System(
+            "quasi-linear beam",
+            BEAM,
+            "height",
+            quasilinear,
+            {"elements": 32},
+            {"until": "snap", "tolerance": 1e-7},
+        ),
+        System(
+            "elastica",
+            BEAM,
+            "height",
+            elastica,
+            {"elements": 16},
+            {"until": "snap", "tolerance": 1e-7},
+        ),
+        *(
+            System(
+                name,
+                scene,
+                quantity,
+                kirchhoff,
+                {"elements": 8, "extensible": True},
+                {"configurations": False, "tolerance": 3e-6},
+            )
+            for name, scene, quantity in (
+                ("elements planar", BEAM, "height"),
+                ("elements Path 1", PATH_1, "height"),
+                ("elements Path 2", PATH_2, "slope"),
+            )
+        ),
+        *(
+            System(
+                name,
+                scene,
+                quantity,
+                der,
+                {"nodes": 51},
+                {"configurations": False},
+            )
+            for name, scene, quantity in (
+                ("DER planar", BEAM, "height"),
+                ("DER Path 1", PATH_1, "height"),
+                ("DER Path 2", PATH_2, "slope"),
+            )
+        ),
+    )
+}
+GROUPS: dict[str, tuple[str, ...]] = {
+    "beam": ("quasi-linear beam", "elastica", "DER planar", "elements planar"),
+    "ribbon": ("DER Path 1", "elements Path 1", "DER Path 2", "elements Path 2"),
+}
+GROUPS["all"] = GROUPS["beam"] + GROUPS["ribbon"]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One measured delay: rad and s; None where no snap was found.
+
+    `predicted` is the leading order, `next_order` the one that follows from an escape from the fold,
+    and `error` what that says of itself (rad).
+    """
+
+    system: str
+    damping: float
+    rate: float
+    damping_ratio: float
+    predicted: float
+    measured: float | None
+    seconds: float
+    problem: str = ""
+    next_order: float = math.nan
+    error: float = math.nan
+
+
+@dataclass(frozen=True)
+class Escape:
+    """By how much the snap of a system precedes the end of its fold's normal form, and the doubt of it, s."""
+
+    system: str
+    damping: float
+    lead: Lead
+
+
+def escape(name: str, damping: float) -> Escape:
+    """The escape of a system from its first fold."""
+    system = SYSTEMS[name]
+    scene = replace(system.scene, damping=damping)
+    quantity = "snap" if system.quantity == "height" else "first snap"
+    return Escape(name, damping, lead(system.model, scene, 0, quantity, **system.mesh)[1])
+
+
+def escaped(arguments: tuple[str, float]) -> Escape:
+    """`escape` of a pair of arguments, for a sweep."""
+    return escape(*arguments)
+
+
+def rates_for(damping: float, decades: int, per_decade: int = 1) -> list[float]:
+    """Rates over `decades` decades up to where a snap still comes within some 2 rad of the fold.
+
+    The overdamped delay grows as (rate nu)^(2/3), so that the fastest rate falls with nu.
+    """
+    fastest = 10.0 / max(1.0, 10.0 ** round(np.log10(damping)) / 10.0) if damping > 1.0 else 10.0
+    count = decades * per_decade + 1
+    return [float(rate) for rate in fastest * np.logspace(-decades, 0.0, count)]
+
+
+def measure(name: str, form: NormalForm, damping: float, rate: float, found: Lead) -> Cell:
+    """Ramp a system through its fold and return by how much the snap is late."""
+    system = SYSTEMS[name]
+    delay, further = predict(form, rate, damping), next_order(form, found, rate, damping)
+    said: dict[str, Any] = {"next_order": further.angle, "error": rate * further.error}
+    seconds, problem = 0.0, ""
+    # a stop soon after the snap: what rings after it is not looked at
+    for room in (1.15, 2.0, 4.0):
+        stop = form.angle + room * delay.angle
+        scene = replace(system.scene, rate=rate, damping=damping, stop=stop)
+        try:
+            history = system.model.simulate(scene, **system.mesh, **system.policy)
+        except SolverError as error:
+            problem = str(error)
+            break
+        seconds += float(history.stats["seconds"])
+        snap = history.crossing(system.quantity)
+        if snap is not None:
+            measured = snap[1] - form.angle
+            return Cell(name, damping, rate, delay.damping, delay.angle, measured, seconds, **said)
+        if stop > form.angle + 3.0:
+            break
+    problem = problem or "no snap"
+    return Cell(name, damping, rate, delay.damping, delay.angle, None, seconds, problem, **said)
+
+
+def measured(arguments: tuple[str, NormalForm, float, float, Lead]) -> Cell:
+    """`measure` of a tuple of arguments, for a sweep."""
+    return measure(*arguments)

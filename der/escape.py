@@ -1,0 +1,83 @@
+"""The rod that leaves a fold by itself: what predicts delays to the next order."""
+
+from __future__ import annotations
+
+import time as clock_time
+
+import numpy as np
+
+from ribbonfem.continuation import Steps
+from ribbonfem.delay import scene_departure
+from ribbonfem.policy import choice, local_error, verb
+from ribbonfem.results import History, SolverError
+from ribbonfem.scene import Scene
+
+from . import kernels
+from .motion import Run, policy_of
+from .problem import Statics, default_steps
+from .rod import Rod
+from .states import start_state
+
+
+@verb
+def escape(
+    scene: Scene,
+    *,
+    fold: int = 0,
+    amplitude: float = 3e-3,
+    nodes: int = 151,
+    clamp: str = "centred",
+    tolerance: float = 1e-6,
+    configurations: bool = True,
+    until: str = "end",
+    steps: Steps | None = None,
+) -> History:
+    """The motion that leaves a fold at the fold's own angle, the clamp held there.
+
+    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
+    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+
+    Parameters
+    ----------
+    fold: which of the `folds` of a ramp, from 0.
+    amplitude: of the null vector, in L with the whole ribbon of mass 1, at most 0.05.
+    tolerance: of the adaptive step, the local error of positions in L.
+    nodes, clamp, configurations, steps: as in `simulate` and `folds`.
+    until: "end", or "snap", soon after the height first changes sign.
+
+    Raises
+    ------
+    PolicyError, SolverError
+        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+    """
+    choice("until", until, ("end", "snap"))
+    local = local_error("tolerance", tolerance)
+    rod = Rod(scene, nodes, clamp)
+    found, duration = scene_departure(
+        Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
+    )
+    unit, angle = scene.ribbon.inertial_time, found.form.angle
+    damping = scene.damping * unit
+    # the loop's ramp is over at time 1, where the motion starts
+    ramp = kernels.Ramp(angle, angle, 1.0 + duration / unit, damping, -np.inf, until == "snap")
+    policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
+    run = Run(rod, found.state, policy, 1, configurations, found.velocity, damping)
+    run.clock[kernels.TIME] = 1.0
+    begin = clock_time.perf_counter()
+    status = run.go(ramp)
+    stats = {"seconds": clock_time.perf_counter() - begin}
+    given = {
+        "fold": fold,
+        "amplitude": amplitude,
+        "nodes": nodes,
+        "clamp": clamp,
+        "tolerance": local,
+        "configurations": configurations,
+        "until": until,
+    }
+    history = run.history(scene, given, stats, began=1.0)
+    if status != kernels.DONE:
+        raise SolverError(
+            f"the escape from alpha = {angle:.6g} on {nodes} nodes did not reach its end", history
+        )
+    return history

@@ -1,0 +1,126 @@
+"""The universal curve of the normal form at a fold: when its solution leaves to infinity."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from ribbonfem.policy import number, refuse
+from ribbonfem.results import Array, SolverError
+
+# where the outer solution starts (its series has lost 1e-12 there) and where it has left the fold
+_START, _LEFT = 30.0, 10.0
+_TERMS = 24
+# Lambda beyond which f is that of Airy's equation to 1e-8, and the first zero of Airy's function
+_AIRY, _FIRST_ZERO = 1e6, 2.338107410459767
+_RELATIVE, _ABSOLUTE = 1e-11, 1e-12
+
+
+class _Left:
+    """The event of leaving the fold, for scipy."""
+
+    terminal = True
+
+    def __call__(self, t: float, y: Array) -> float:
+        return float(y[0]) - _LEFT
+
+
+def outer_series(inertia: float, friction: float) -> Array:
+    """Coefficients of s^(1/2 - k/2) of the solution that follows -sqrt(-t), t = -s."""
+    k = np.arange(_TERMS)
+    power = 0.5 - 0.5 * k
+    a = np.zeros(_TERMS)
+    a[0] = -1.0
+    for m in range(1, _TERMS):
+        right = -float(a[1:m] @ a[m - 1 : 0 : -1]) if m > 1 else 0.0
+        if m >= 3:
+            right -= friction * power[m - 3] * a[m - 3]
+        if m >= 5:
+            right += inertia * power[m - 5] * (power[m - 5] - 1.0) * a[m - 5]
+        a[m] = right / (2.0 * a[0])
+    return a
+
+
+def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
+    """a and a' at t = -s on the solution that follows -sqrt(-t)."""
+    a = outer_series(inertia, friction)
+    power = 0.5 - 0.5 * np.arange(_TERMS)
+    return float(a @ s**power), float(-(a * power) @ s ** (power - 1.0))
+
+
+def universal(damping: float) -> float:
+    """f(Lambda), the time at which the solution of the normal form leaves to infinity.
+
+    To a relative 1e-8: an integration in time to a = 10, then one in a^(-1/2), in which the
+    end is a regular point.  Above Lambda = 1 time is counted in Lambda^(2/3).
+
+    Parameters
+    ----------
+    damping: Lambda >= 0.
+
+    Raises
+    ------
+    ValueError
+        If Lambda is negative or not finite.
+    SolverError
+        If the integration fails.
+    """
+    damping = number("damping", damping)
+    if damping < 0.0:
+        refuse("damping", damping, "Lambda must be finite and not negative")
+    # where inertia has no part in it any more it is Airy's equation
+    return _universal(damping) if damping <= _AIRY else _FIRST_ZERO * damping ** (2.0 / 3.0)
+
+
+@lru_cache(maxsize=4096)
+def _universal(damping: float) -> float:
+    inertia, friction, unit = 1.0, damping, 1.0
+    if damping > 1.0:
+        inertia, friction, unit = damping ** (-5.0 / 3.0), 1.0, damping ** (2.0 / 3.0)
+    # up to Lambda = 150 the multistep method needs a tenth of the time; beyond, it does not get through
+    method: Literal["LSODA", "Radau"] = "LSODA" if inertia > 2.4e-4 else "Radau"
+
+    def near(t: float, y: Array) -> list[float]:
+        return [y[1], (t + y[0] ** 2 - friction * y[1]) / inertia]
+
+    first = solve_ivp(
+        near,
+        (-_START, 20.0),
+        _outer(inertia, friction, _START),
+        events=_Left(),
+        method=method,
+        rtol=_RELATIVE,
+        atol=_ABSOLUTE,
+    )
+    if first.status != 1:
+        raise SolverError(f"the normal form was not integrated at Lambda = {damping:g}: {first.message}")
+    # the event that ended the integration is its last point
+    t, a, rate = float(first.t[-1]), float(first.y[0, -1]), float(first.y[1, -1])
+
+    # x = a^(-1/2), log x the variable; P = a' x^3 tends to sqrt(2 / (3 inertia)); where friction
+    # rules a' ~ a^2 and P ~ 1/x: its logarithm is the smoother unknown
+    def far(y: float, u: Array) -> list[float]:
+        x, speed = math.exp(y), math.exp(u[1])
+        force = (u[0] * x**4 + 1.0 - friction * speed * x) / (inertia * speed**2)
+        return [-2.0 * x / speed, 3.0 - 2.0 * force]
+
+    x0 = a**-0.5
+    # deep enough for inertia to rule in the end, whatever it is
+    last = math.log(min(1e-7, 1e-7 * math.sqrt(inertia)))
+    span = (math.log(x0), last)
+    second = solve_ivp(
+        far,
+        span,
+        [t, math.log(rate * x0**3)],
+        method=method,
+        rtol=_RELATIVE,
+        atol=_ABSOLUTE,
+    )
+    if not second.success:
+        raise SolverError(f"the normal form was not integrated at Lambda = {damping:g}: {second.message}")
+    rest = 2.0 * math.exp(last) / math.exp(float(second.y[1, -1]))
+    return unit * (float(second.y[0, -1]) + rest)

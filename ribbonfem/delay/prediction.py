@@ -1,0 +1,58 @@
+"""The delay that a normal form predicts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ribbonfem.policy import number, refuse
+
+from .curve import universal
+from .fold import NormalForm
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How late a snap is.
+
+    Attributes
+    ----------
+    time: s.
+    angle: rad, with the sign of the rate.
+    damping: Lambda, below 1 inertial and above overdamped.
+    error: estimate of what the time leaves out, s; NaN where nobody estimated it.
+    """
+
+    time: float
+    angle: float
+    damping: float
+    error: float = math.nan
+
+
+def predict(fold: NormalForm, rate: float, damping: float) -> Delay:
+    """The delay of a ramp through a fold, without simulation.
+
+    Parameters
+    ----------
+    fold: the normal form.
+    rate: rad/s, of the sign with which the fold is met.
+    damping: nu, 1/s.
+
+    Raises
+    ------
+    ValueError
+        If the ramp runs away from the fold, or damping is negative.
+    """
+    if not isinstance(fold, NormalForm):
+        refuse("fold", fold, "a NormalForm is needed, as `normal_forms` of a model gives it")
+    rate, damping = number("rate", rate), number("damping", damping)
+    scaled = fold.product * rate
+    if not scaled > 0.0:
+        refuse(
+            "rate",
+            rate,
+            f"a ramp of this sign does not meet the fold at {fold.angle:.6g} rad from its stable side",
+        )
+    tau = scaled**-0.2
+    time = tau * universal(damping * tau)
+    return Delay(time, rate * time, damping * tau)

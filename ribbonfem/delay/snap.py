@@ -1,0 +1,185 @@
+"""The snap of a ramp to the next order, from statics and one escape from the fold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Protocol, cast
+
+from ribbonfem.policy import choice, refuse
+from ribbonfem.results import MESH, Array, History, SolverError
+from ribbonfem.scene import Scene
+
+from .cubic import LOGARITHM, cubic_curve, escape_time
+from .fold import NormalForm
+from .prediction import Delay, predict
+
+QUANTITIES = ("snap", "first snap")
+# gamma y at which escapes start: a few percent off the leading order
+_STARTS = (0.06, 0.02)
+_FARTHEST = 0.015
+# factors of the terms left out (`ribbonfem.delay`), measured
+_SECOND, _REST, _INERTIAL, _RINGING = 5.0, 1.5, 0.25, 1.5
+
+
+class Model(Protocol):
+    """What a model that moves offers."""
+
+    normal_forms: Callable[..., tuple[NormalForm, ...]]
+    escape: Callable[..., History]
+    frequencies: Callable[..., Array]
+
+
+@dataclass(frozen=True)
+class Lead:
+    """By how much a snap precedes the end of its fold's normal form.
+
+    Attributes
+    ----------
+    time: T0, s.
+    error: of the integration and of the extrapolation to no amplitude, s.
+    remainder: what T0 from a finite y lacks, over y^power, s^(1 + 2 power).
+    power: 3/2 where inertia rules at that y, 1 where friction does.
+    reach: y at which the snap happens, 6 / T0^2 of the undamped fold, 1/s^2.
+    frequency: the lowest of the start state, 1/s.
+    """
+
+    time: float
+    error: float
+    remainder: float
+    power: float
+    reach: float
+    frequency: float
+
+
+def lead(
+    model: Model, scene: Scene, fold: int = 0, quantity: str = "snap", **policy: Any
+) -> tuple[NormalForm, Lead]:
+    """The normal form of a fold of a ramp, and T0 of the snap beyond it at the scene's damping.
+
+    Parameters
+    ----------
+    fold: which of the folds, from 0; -1 is the last.
+    quantity: "snap", where z(1/2) changes sign, or "first snap", where t_z(1/2) does.
+    policy: of the model's mesh, and `tolerance` of the escape.
+    """
+    # the rate's size has no part in it
+    still = replace(scene, rate=math.copysign(1.0, scene.rate), stop=None, hold=0.0)
+    choice("quantity", quantity, QUANTITIES)
+    return _lead(cast(Hashable, model), still, fold, quantity, tuple(sorted(policy.items())))
+
+
+@lru_cache(maxsize=256)
+def _lead(
+    module: Hashable, scene: Scene, fold: int, quantity: str, policy: tuple[tuple[str, Any], ...]
+) -> tuple[NormalForm, Lead]:
+    model, given = cast(Model, module), dict(policy)
+    mesh = {name: value for name, value in given.items() if name in MESH}
+    forms = model.normal_forms(scene, **mesh)
+    if not forms:
+        raise SolverError("the ramp meets no fold, so that there is no snap to predict")
+    if fold >= len(forms):
+        refuse("fold", fold, f"the ramp meets {len(forms)} folds, counted from 0")
+    fold = fold % len(forms)
+    form = forms[fold]
+    found = []
+    for share in _STARTS:
+        y = min(share / abs(form.cubic), _FARTHEST * abs(form.quadratic))
+        found.append((y, _from(model, scene, form, fold, quantity, y, given)))
+    (high, far), (low, near) = found
+    power = 1.0 + 0.5 / (1.0 + scene.damping**2 / low)
+    remainder = (far - near) / (high**power - low**power)
+    correction = remainder * low**power
+    free = _from(model, replace(scene, damping=0.0), form, fold, quantity, high, given)
+    lowest = float(model.frequencies(scene, count=1, **mesh)[0])
+    return form, Lead(near - correction, abs(correction), remainder, power, 6.0 / free**2, lowest)
+
+
+def _from(
+    model: Model,
+    scene: Scene,
+    form: NormalForm,
+    fold: int,
+    quantity: str,
+    y: float,
+    policy: Mapping[str, Any],
+) -> float:
+    """T0 from an escape that starts at y."""
+    end = escape_time(y, scene.damping, form.cubic)
+    history = model.escape(
+        scene,
+        fold=fold,
+        amplitude=y / abs(form.quadratic),
+        until="snap" if quantity == "snap" else "end",
+        **policy,
+    )
+    crossing = history.crossing("height" if quantity == "snap" else "slope")
+    if crossing is None:
+        raise SolverError(
+            f"the {quantity} does not follow from the fold at {form.angle:.6g} rad by itself", history
+        )
+    return end.time - crossing[0]
+
+
+def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **policy: Any) -> Delay:
+    """The delay of a scene's snap behind its fold to the next order, with its error; no ramp is run.
+
+    Parameters
+    ----------
+    model: a model that moves: `quasilinear`, `elastica`, `kirchhoff`, `der`.
+    scene: its `rate` and `damping` count, `stop` and `hold` do not.
+    quantity: "snap", where z(1/2) changes sign, beyond the last fold that the ramp meets, as if the
+        ribbon had come to rest before it; "first snap", where t_z(1/2) does, beyond the first fold.
+    policy: of the model's mesh, and `tolerance` of the escape from the fold.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        For a scene or a policy that the model does not take; for another quantity.
+    SolverError
+        If the ramp meets no fold, or what leaves it does not snap by itself.
+    """
+    choice("quantity", quantity, QUANTITIES)
+    fold = 0 if quantity == "first snap" else -1
+    form, found = lead(model, scene, fold, quantity, **policy)
+    return next_order(form, found, scene.rate, scene.damping)
+
+
+def next_order(form: NormalForm, found: Lead, rate: float, damping: float) -> Delay:
+    """The delay of a ramp through a fold to the next order, T0 known.
+
+    Parameters
+    ----------
+    form: with its cubic and mixed coefficients.
+    found: as `lead` finds it at this damping.
+    rate: rad/s, of the sign with which the fold is met.
+    damping: nu, 1/s.
+    """
+    first = predict(form, rate, damping)
+    tau = (form.product * rate) ** -0.2
+    bend = form.cubic * (cubic_curve(first.damping) / tau - 2.0 * LOGARITHM * damping * math.log(tau))
+    time = first.time + bend - 0.5 * form.mixed * damping - found.time
+    return Delay(time, rate * time, first.damping, _left_out(form, found, rate, damping, first, time))
+
+
+def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first: Delay, time: float) -> float:
+    """Size of what `next_order` leaves out, s: see the derivation in `ribbonfem.delay`."""
+    scaled = form.product * rate
+    tau = scaled**-0.2
+    slow = max(1.0, first.damping)
+    # of y and of time in the inner problem
+    size, unit = slow ** (1.0 / 3.0) / tau**2, tau * slow ** (2.0 / 3.0)
+    bends = 0.5 * (form.cubic**2 + form.mixed**2)
+    second = _SECOND / min(slow, 20.0) * bends * size**2 * unit
+    second += _REST * abs(found.remainder) * size**found.power
+    # the ramp goes on while the ribbon is far from the fold
+    far = max((6.0 / found.reach) ** 0.5 * _INERTIAL, damping / found.reach)
+    outside = far * scaled * first.time / found.reach**2
+    # the clamp's start sets the lowest mode ringing, at the fold with what damping leaves of it
+    ringing = _RINGING * tau**3.5 * abs(scaled) * found.frequency**-2.5
+    ringing *= math.exp(-0.5 * damping * abs(form.angle / rate))
+    size = found.error + math.sqrt(second**2 + outside**2 + ringing**2)
+    # no snap comes before its fold, and hardly one after the leading order's
+    return min(size, abs(time) + 1.1 * first.time)

@@ -1,0 +1,81 @@
+"""The ribbon that leaves a fold by itself: what predicts delays to the next order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from ribbonfem.delay import Departure, scene_departure
+from ribbonfem.policy import verb
+from ribbonfem.results import History
+from ribbonfem.scene import Scene
+from ribbonfem.stepping.newmark import Control
+
+from . import arrays, states
+from .motion import TOLERANCE, UNTIL, at_rest, integrate, ramp_of
+from .problem import Frames, Statics, checked_mesh
+
+
+@verb
+def escape(
+    scene: Scene,
+    *,
+    fold: int = 0,
+    amplitude: float = 3e-3,
+    elements: int = 8,
+    extensible: bool = False,
+    tolerance: float = 1e-6,
+    configurations: bool = True,
+    until: str = "end",
+) -> History:
+    """The motion that leaves a fold at the fold's own angle, the clamp held there.
+
+    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
+    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+
+    Parameters
+    ----------
+    fold: which of the `folds` of a ramp, from 0.
+    amplitude: of the null vector, in L with the whole ribbon of mass 1, at most 0.05.
+    tolerance: of the adaptive step, the local error of positions in L.
+    elements, extensible, configurations: as in `simulate`.
+    until: "end", or "snap", soon after the height first changes sign.
+
+    Raises
+    ------
+    PolicyError, SolverError
+        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+    """
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    found, duration = scene_departure(problem, start, scene, fold, amplitude)
+    ramp = ramp_of(replace(scene, stop=math.copysign(1.0, scene.rate), hold=duration), control)
+    ramp = ramp._replace(rate=0.0, stop=found.form.angle, turned=0.0, end=duration / problem.unit)
+    policy = {
+        "fold": fold,
+        "amplitude": amplitude,
+        "elements": elements,
+        "extensible": extensible,
+        "tolerance": tolerance,
+        "configurations": configurations,
+        "until": until,
+    }
+    return integrate(
+        problem,
+        found.state,
+        scene,
+        control,
+        ramp,
+        policy,
+        configurations,
+        lambda: _moving(problem, found),
+    )
+
+
+def _moving(problem: Statics, found: Departure[Frames]) -> arrays.Motion:
+    """The state of the time loop at a departure, the clamp held."""
+    motion = at_rest(problem, found.state)
+    velocity, spin = problem.moving(found.state, found.velocity)
+    motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
+    motion.clock[arrays.PHASE] = 1.0
+    return motion

@@ -1,0 +1,252 @@
+"""Delays to the next order: the normal form's cubic term, the escape from the fold, and what they predict."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import der
+from ribbonfem import PolicyError, Ribbon, Scene, delay, elastica, kirchhoff, quasilinear
+from ribbonfem.delay.cubic import _outer_cubic
+from ribbonfem.delay.curve import _outer
+
+PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, damping=0.0)
+PATH_1 = replace(PLANAR, shear=0.37, start="U+S-")
+PATH_2 = replace(PLANAR, shear=0.37, start="U+S+")
+WIDE = {"extensible": True}
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 3.0])
+def test_cubic_curve_against_plain_integration(damping):
+    """Times at a given a of two small cubic terms, less what grows; what is left falls as a^(-1/2)."""
+
+    def time(cubic, a):
+        def end(t, y):
+            return y[0] - a
+
+        end.terminal = True
+        start = np.array(_outer(1.0, damping, 30.0)) + cubic * np.array(_outer_cubic(1.0, damping, 30.0))
+        run = solve_ivp(
+            lambda t, y: (y[1], t + y[0] ** 2 + cubic * y[0] ** 3 - damping * y[1]),
+            (-30.0, 20.0),
+            start,
+            events=end,
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+        )
+        return run.t_events[0][0]
+
+    finite = []
+    for a in (1e3, 4e3):
+        small = 1e-3 / a
+        shift = (time(small, a) - time(-small, a)) / (2 * small)
+        finite.append(shift + 0.5 * 1.5**1.5 * a**0.5 + 18 / 35 * damping * math.log(a))
+    assert 2 * finite[1] - finite[0] == pytest.approx(delay.cubic_curve(damping), abs=6e-3)
+
+
+def test_cubic_curve_joins_its_logarithm():
+    """Friction alone: 1/3 of the logarithm of the rate is left, 67/105 of that of Lambda."""
+    values = [delay.cubic_curve(x) / x for x in (3e3, 9.9e3, 1.01e4, 3e5)]
+    slope = [
+        (b - a) / math.log(y / x) for a, b, x, y in ((*values[:2], 3e3, 9.9e3), (*values[2:], 1.01e4, 3e5))
+    ]
+    assert slope == pytest.approx([-67 / 105] * 2, abs=2e-3)
+    assert values[1] - values[2] == pytest.approx(67 / 105 * math.log(1.01 / 0.99), rel=0.02)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0, 50.0])
+def test_escape_time_against_plain_integration(damping):
+    """From y to twice y the escapes' times differ by the time that the equation takes."""
+    y, cubic = 10.0, -1e-6
+    ends = [delay.escape_time(k * y, damping, cubic) for k in (1.0, 2.0)]
+
+    def there(t, u):
+        return u[0] - 2.0 * y
+
+    there.terminal = True
+    run = solve_ivp(
+        lambda t, u: (u[1], u[0] ** 2 + cubic * u[0] ** 3 - damping * u[1]),
+        (0.0, 100.0),
+        (y, ends[0].speed),
+        events=there,
+        method="Radau",
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    assert run.y_events[0][0][1] == pytest.approx(ends[1].speed, rel=1e-7)
+    # the two finite parts count from their own y: both leave out the same infinite one
+    assert run.t_events[0][0] == pytest.approx(ends[0].time - ends[1].time, rel=1e-6)
+
+
+def test_undamped_escape_in_closed_form():
+    """y'^2 = 2/3 y^3 + gamma y^4 / 2, and the integral of its inverse."""
+    found = delay.escape_time(24.0, 0.0, 1e-3)
+    assert found.speed == pytest.approx(math.sqrt(2 / 3 * 24.0**3 + 0.5e-3 * 24.0**4), rel=1e-9)
+    # 1/y' = sqrt(3/2) (y^(-3/2) - 3/8 gamma y^(-1/2)): the second has the finite part + 3/4 gamma y^(1/2)
+    exact = math.sqrt(1.5) * (2.0 / math.sqrt(24.0) + 0.75e-3 * math.sqrt(24.0))
+    assert found.time == pytest.approx(exact, rel=1e-8)
+
+
+def test_coefficients_of_the_models_agree():
+    """gamma and beta by models that share neither unknowns nor amplitudes, and under a mirror."""
+    beam = elastica.normal_forms(PLANAR, elements=16, **WIDE)[0]
+    ribbon = kirchhoff.normal_forms(PLANAR, elements=12, **WIDE)[0]
+    rods = [der.normal_forms(PLANAR, nodes=n)[0] for n in (76, 151)]
+    down = elastica.normal_forms(replace(PLANAR, start="U-", rate=-0.1), elements=16, **WIDE)[0]
+    for name in ("quadratic", "cubic", "mixed"):
+        coarse, fine = (getattr(rod, name) for rod in rods)
+        limit = fine + (fine - coarse) / (149**2 / 74**2 - 1)
+        assert getattr(ribbon, name) == pytest.approx(getattr(beam, name), rel=3e-4)
+        assert limit == pytest.approx(getattr(beam, name), rel=1e-3)
+        assert getattr(down, name) == pytest.approx(getattr(beam, name), rel=1e-6)
+
+
+def test_coefficients_do_not_show_their_reach(monkeypatch):
+    found = []
+    for reach in (4e-3, 2e-3):
+        monkeypatch.setattr("ribbonfem.delay.fold._REACH", reach)
+        found.append(elastica.normal_forms(PLANAR, elements=16)[0])
+    assert found[0].cubic == pytest.approx(found[1].cubic, rel=1e-3)
+    assert found[0].mixed == pytest.approx(found[1].mixed, rel=1e-3)
+
+
+def test_momentum_of_a_turning_clamp():
+    """The clamp's motion alone, seen by a mode, is the work of the mass on the positions that it moves."""
+    problem = kirchhoff.verbs.states.named(PATH_1, elements=8, extensible=True)[0]
+    frames = kirchhoff.verbs.states.named(PATH_1, elements=8, extensible=True)[1]
+    mode = np.cos(1.0 + np.arange(len(problem.weight)))
+    mode[:-3] *= 1e-2
+    step = 1e-5
+    zero = np.zeros_like(mode)
+    turned = [problem.positions(problem.advance(frames, zero, side * step), 0.0) for side in (-1, 1)]
+    by_clamp = (turned[1] - turned[0]) / (2 * step)
+    by_mode, _ = problem.moving(frames, mode)
+    expected = float(problem.mass @ np.sum(by_clamp * by_mode, axis=1))
+    assert mode @ problem.momentum(frames, zero, 1.0) == pytest.approx(expected, rel=1e-6)
+
+
+def test_escape_starts_where_it_says():
+    """At the fold's angle, of that amplitude in the norm of the mass, as fast as the normal form."""
+    form = kirchhoff.normal_forms(PATH_1)[0]
+    history = kirchhoff.escape(PATH_1, amplitude=2e-3, until="snap")
+    speed = delay.escape_time(2e-3 * form.quadratic, 0.0, form.cubic).speed / form.quadratic
+    unit = Ribbon().inertial_time
+    assert history.angle == pytest.approx(np.full(len(history), form.angle), abs=1e-12)
+    assert history.energies["kinetic"][0] == pytest.approx(0.5 * (speed * unit) ** 2, rel=2e-3)
+    energy = sum(history.energies[k] for k in ("kinetic", "elastic", "dissipated"))
+    assert energy - history.energies["work"] == pytest.approx(energy[0], abs=2e-4)
+
+
+def test_lead_shows_neither_amplitude_nor_mesh():
+    """T0 of the planar ribbon: .0863 s whatever the push; of beam, elements and rods the same to 1e-3."""
+    found = []
+    for y in (4.0, 30.0):
+        form = elastica.normal_forms(PLANAR, elements=16)[0]
+        history = elastica.escape(PLANAR, amplitude=y / form.quadratic, elements=16, until="snap")
+        found.append(delay.escape_time(y, 0.0, form.cubic).time - history.crossing()[0])
+    assert found[0] == pytest.approx(found[1], abs=6e-4)
+    beam, ribbon = delay.lead(elastica, PLANAR, **WIDE)[1], delay.lead(kirchhoff, PLANAR, **WIDE)[1]
+    rods = [delay.lead(der, PLANAR, nodes=n)[1].time for n in (76, 151)]
+    assert beam.time == pytest.approx(0.0864, abs=3e-4)
+    assert ribbon.time == pytest.approx(beam.time, abs=3e-4)
+    assert rods[1] + (rods[1] - rods[0]) / 3 == pytest.approx(beam.time, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("scene", "quantity", "limit"), [(PATH_1, "snap", 0.1433), (PATH_2, "first snap", 0.1951)]
+)
+def test_lead_of_ribbons(scene, quantity, limit):
+    """Field measurements at the slowest rates tend to .145 and .196 s, from above."""
+    ribbon = delay.lead(kirchhoff, scene, 0, quantity, **WIDE)[1]
+    rods = [delay.lead(der, scene, 0, quantity, nodes=n)[1].time for n in (76, 151)]
+    assert ribbon.time == pytest.approx(limit, abs=6e-4)
+    assert rods[1] + (rods[1] - rods[0]) / 3 == pytest.approx(ribbon.time, abs=1e-3)
+
+
+def measured(model, scene, quantity, form, **policy):
+    """Time from the fold to the snap on the ramp itself, s."""
+    first = delay.predict(form, scene.rate, scene.damping)
+    until = "snap" if quantity == "snap" else "end"
+    stop = form.angle + 1.2 * first.angle + 0.3 * scene.rate
+    history = model.simulate(replace(scene, stop=stop), until=until, **policy)
+    crossing = history.crossing("height" if quantity == "snap" else "slope")
+    return crossing[0] - form.angle / scene.rate
+
+
+CELLS = [
+    (quasilinear, PLANAR, "snap", 1e-3, 0.1, 0.02),
+    (elastica, PLANAR, "snap", 1e-3, 0.1, 0.02),
+    (elastica, PLANAR, "snap", 10.0, 0.1, 0.02),
+    (elastica, PLANAR, "snap", 1e3, 1e-2, 0.02),
+    (kirchhoff, PATH_1, "snap", 1.0, 0.1, 0.02),
+    (kirchhoff, PATH_1, "snap", 10.0, 0.1, 0.02),
+    (kirchhoff, PATH_2, "first snap", 1.0, 1e-2, 0.02),
+]
+
+
+@pytest.mark.parametrize(("model", "scene", "quantity", "damping", "rate", "within"), CELLS)
+def test_prediction_to_the_next_order(model, scene, quantity, damping, rate, within):
+    """Measured over predicted within 2 %, where the leading order is off by up to 30 %; the error covers."""
+    scene = replace(scene, damping=damping, rate=rate)
+    form = model.normal_forms(scene)[0]
+    time = measured(model, scene, quantity, form, tolerance=1e-6)
+    found = delay.predict_snap(model, scene, quantity)
+    assert time / found.time == pytest.approx(1.0, abs=within)
+    assert abs(time - found.time) < found.error
+    assert abs(time - found.time) < 0.5 * abs(time - delay.predict(form, rate, damping).time)
+    assert found.angle == rate * found.time
+
+
+def test_what_is_left_out_falls_as_it_is_said_to():
+    """tau^-3: by 10^0.6 a decade of the rate (and T0's own doubt at the slow end)."""
+    scene = replace(PLANAR, damping=10.0)
+    form, lead = delay.lead(elastica, scene, elements=16, tolerance=1e-7)
+    gaps = []
+    for rate in (0.03, 0.3):
+        time = measured(elastica, replace(scene, rate=rate), "snap", form, elements=16, tolerance=1e-7)
+        gaps.append(time - delay.next_order(form, lead, rate, 10.0).time)
+    assert math.log10(gaps[1] / gaps[0]) == pytest.approx(0.6, abs=0.15)
+
+
+def test_refusals():
+    with pytest.raises(PolicyError, match="quantity"):
+        delay.predict_snap(elastica, PLANAR, "third snap")
+    with pytest.raises(PolicyError, match="fold = 1"):
+        elastica.escape(PLANAR, fold=1)
+    with pytest.raises(PolicyError, match="amplitude"):
+        elastica.escape(PLANAR, amplitude=0.2)
+    assert math.isnan(delay.predict(elastica.normal_forms(PLANAR)[0], 0.1, 1.0).error)
+
+
+@pytest.mark.slow
+def test_error_covers_random_scenes():
+    """100 scenes: covered in 95 %, and by less than a factor of 5 in the median."""
+    generator = np.random.default_rng(13)
+    shares = []
+    while len(shares) < 100:
+        compression = generator.uniform(0.1, 0.45)
+        thickness = 10 ** generator.uniform(math.log10(0.004), math.log10(0.02))
+        rate, damping = 10 ** generator.uniform(-4.0, 0.0), 10 ** generator.uniform(-3.0, 3.0)
+        kind = len(shares) % 4
+        model = (quasilinear, elastica, kirchhoff, kirchhoff)[kind]
+        scene = Scene(
+            compression=compression,
+            shear=compression * generator.uniform(0.9, 1.1) if kind == 3 else 0.0,
+            start="U+S-" if kind == 3 else "U+",
+            rate=rate,
+            damping=damping,
+            ribbon=Ribbon(thickness=thickness),
+        )
+        try:
+            form = model.normal_forms(scene)[0]
+        except ValueError:
+            # U+S- is not stable there
+            continue
+        found = delay.predict_snap(model, scene)
+        time = measured(model, scene, "snap", form, tolerance=1e-6)
+        shares.append(found.error / abs(time - found.time))
+    assert np.mean(np.array(shares) >= 1.0) >= 0.95
+    assert 1.0 < np.median(shares) < 5.0
