@@ -6,11 +6,14 @@ compare.skipping_diagram, compare.selection_diagram, compare.threshold
                                                    what ramps do over rate and damping
 compare.save(result, path), compare.load(path)     any result in a file
 compare.read_scene(path)                           a scene from a TOML file
+result.plot(), .to_pandas(), .to_xarray()          what importing this adds to the results of the models
 python -m compare, or ribbonfem                    the questions as commands
 """
 
 from collections.abc import Callable
 from typing import Any
+
+from compare.face.attach import install
 
 # what scripts call, and the module of each: all of it imported only when it is asked for
 _CALLS = {
@@ -34,6 +37,8 @@ __all__ = [
     "skipping_diagram",
     "threshold",
 ]
+
+install()
 
 
 def _public() -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

@@ -78,8 +78,14 @@ def test_it_is_one_file_that_asks_no_host_and_is_small(tmp_path):
     for outside in ("http:", "https:", "src=", "import ", "fetch(", "url(http", "[[title]]", "[[code]]"):
         assert outside not in text, outside
     assert [each.name for each in path.parent.iterdir()] == ["v.html"]
-    # a long motion of a fine mesh has no more instants than a short one
-    assert len(page(motion(), curve(), frames=1000)) < 10e6
+    # of very many instants fewer nodes are shown
+    large = page(motion(), curve(), frames=3000)
+    assert len(large) < 10e6
+    data = payload(large)
+    points = np.frombuffer(base64.b64decode(data["points"]), "<f4").reshape(3000, 2, data["nodes"], 3)
+    np.testing.assert_allclose(
+        points[:, :, [0, -1]], of_motion(motion(), 3000).edges[:, :, [0, -1]], atol=1e-7
+    )
 
 
 def test_its_payload_is_the_surface_of_the_motion():
@@ -110,6 +116,8 @@ def test_what_cannot_be_shown_is_refused(tmp_path):
     bare = der.simulate(SCENE, until="snap", configurations=False, nodes=51)
     with pytest.raises(ValueError, match="configurations"):
         view(bare, tmp_path / "v.html")
+    with pytest.raises(ValueError, match="frames = 1"):
+        view(motion(), tmp_path / "v.html", frames=1)
     assert not list(tmp_path.iterdir())
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from compare.face.section import Table
 from compare.face.style import figure
+from ribbonfem.values import html_table
 
 from .record import Diagram
 
@@ -266,3 +267,35 @@ def doubtful(paper: Diagram, ours: Diagram) -> Any:
             if name in index:
                 found[j, i] = 1.0 - float(ours.shares[j, i, index[name]])
     return found
+
+
+def plot(diagram: Diagram, axes: Any = None) -> Any:
+    """A diagram over rate (rad/s) and damping (1/s), colours mixed by the shares of outcomes.
+
+    Parameters
+    ----------
+    diagram: what ramps do.
+    axes: of matplotlib; new ones by default.
+
+    Returns
+    -------
+    The axes.
+    """
+    from matplotlib.patches import Patch
+
+    if axes is None:
+        axes = figure(1)[1]
+    draw_panel(axes, diagram)
+    axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
+    there = [name for k, name in enumerate(diagram.outcomes) if np.nansum(diagram.shares[..., k]) > 0.0]
+    axes.legend(handles=[Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there], fontsize=7)
+    return axes
+
+
+def html(diagram: Diagram) -> str:
+    """A table of cells for a notebook: the outcome of each, damping (1/s) down and rate (rad/s) across."""
+    columns = ["nu \\ rate", *(f"{rate:.3g}" for rate in diagram.rates)]
+    rows = [
+        [f"{nu:.3g}", *map(str, cells)] for nu, cells in zip(diagram.dampings, diagram.outcome, strict=True)
+    ]
+    return html_table(repr(diagram), columns, rows[::-1])

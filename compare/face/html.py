@@ -28,8 +28,8 @@ th:first-child, td:first-child { text-align: left }
 .scroll { overflow-x: auto } caption, summary { text-align: left; font-weight: 600; padding: .3rem 0 }
 img { max-width: 100% } figcaption, .note { color: var(--soft); font-size: .92rem }
 figure { margin: 1rem 0 } a { color: inherit }
-iframe { width: 100%; height: 46rem; max-height: 95vh; border: 0 }
-@media (max-width: 700px) { iframe { max-height: none } }
+iframe { width: 100%; height: 40rem; border: 0 }
+@media (max-width: 700px) { iframe { height: 58rem } }
 """
 
 

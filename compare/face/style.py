@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,9 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-matplotlib.use("Agg")
+# a notebook has a backend of its own, and says so; else no display is needed
+if not (os.environ.get("MPLBACKEND") or "matplotlib.pyplot" in sys.modules):
+    matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # the backend has to be chosen before pyplot is imported
 
 STYLE = {

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from ribbonfem import Branch, History, Scene
-from ribbonfem.results import Array
+from ribbonfem.results import Array, RestState
 
 # points along a strip at the least
 _POINTS = 161
@@ -166,4 +166,18 @@ def of_branch(branch: Branch, frames: int = 150) -> Strip:
         height=branch.height[rows],
         slope=branch.slope[rows],
         scene=branch.scene,
+    )
+
+
+def of_rest(state: RestState) -> Strip:
+    """A state at rest, as a strip of one instant."""
+    return _strip(
+        state.s,
+        state.positions[None],
+        state.directors[None, :, 0],
+        time=np.zeros(1),
+        angle=np.array([state.angle]),
+        height=np.array([state.height]),
+        slope=np.array([state.slope]),
+        scene=state.scene,
     )

@@ -69,12 +69,13 @@ function view() {
   const [cy, sy, cp, sp] = [Math.cos(camera.yaw), Math.sin(camera.yaw), Math.cos(camera.pitch), Math.sin(camera.pitch)];
   const right = [cy, sy, 0], ahead = [-sy * cp, cy * cp, -sp], up = [-sy * sp, cy * sp, cp];
   const far = 4 * data.radius, shape = canvas.width / canvas.height;
-  const lens = (camera.zoom * 4.2) / Math.min(1, shape / 1.1);
+  // a narrow canvas shows all of the width
+  const lens = camera.zoom * 4.2 * Math.min(1, shape / 1.2);
   const row = (v, scale, more) => [v[0] * scale, v[1] * scale, v[2] * scale,
     more - scale * (v[0] * data.centre[0] + v[1] * data.centre[1] + v[2] * data.centre[2])];
   const r = data.radius;
   // depths between 2 r and 6 r before the camera
-  return [row(right, lens / shape, 0), row(up, lens, 0), row(ahead, 2, 2 * far - 6 * r - 2 * r), row(ahead, 1, far)];
+  return [row(right, lens / shape, 0), row(up, lens, 0), row(ahead, 2, 2 * far - 6 * r), row(ahead, 1, far)];
 }
 
 const dot = (row, p) => row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
@@ -202,7 +203,7 @@ function show() {
   point();
   slider.value = frame;
   const state = document.createElement("b");
-  state.textContent = data.state[frame] || "flat";
+  state.textContent = data.state[frame] || "level";
   said.replaceChildren(state, ` t = ${data.time[frame].toFixed(3)} s, α = ${data.angle[frame].toFixed(4)} rad`);
   slider.setAttribute("aria-valuetext", said.textContent);
 }

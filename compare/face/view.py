@@ -14,6 +14,7 @@ import numpy as np
 
 from compare.archive import write_whole
 from ribbonfem import Branch, History
+from ribbonfem.policy import whole_number
 from ribbonfem.results import Array
 
 from .curve import Curve
@@ -21,6 +22,10 @@ from .surface import Strip, of_motion, state_name
 
 # rows of a motion that its line is drawn through
 _ROWS = 2000
+# instants that a slider of some hundred pixels still tells apart, ten times over
+_MOST = 5000
+# characters of the surface in a page: nodes are left out beyond that, between those that are shown
+_LARGEST = 8_000_000
 
 
 def _runs(curve: Curve | None) -> list[dict[str, Any]]:
@@ -55,14 +60,16 @@ def _window(history: History, curve: Curve | None) -> list[float]:
 
 def _data(history: History, strip: Strip, curve: Curve | None) -> dict[str, Any]:
     """What the page's code reads."""
-    points = strip.edges
+    most = _LARGEST * 3 // (4 * 24 * len(strip.time))
+    shown = np.unique(np.linspace(0, len(strip.s) - 1, min(len(strip.s), max(most, 2))).round().astype(int))
+    points = strip.edges[:, :, shown]
     flat = points.reshape(-1, 3)
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     some = np.unique(np.linspace(0, len(history) - 1, min(len(history), _ROWS)).round().astype(int))
     columns = {name: np.round(getattr(strip, name), 6).tolist() for name in ("time", "angle", "height")}
     return columns | {
         "frames": len(strip.time),
-        "nodes": len(strip.s),
+        "nodes": len(shown),
         "state": [state_name(z, s) for z, s in zip(strip.height, strip.slope, strict=True)],
         "centre": middle.tolist(),
         "radius": float(np.linalg.norm(flat - middle, axis=1).max()),
@@ -77,6 +84,7 @@ def page(
     history: History, curve: Curve | Branch | None = None, *, frames: int = 200, until: float | None = None
 ) -> str:
     """The page as text; arguments and errors as of `view`."""
+    whole_number("frames", frames, 2, _MOST)
     if isinstance(curve, Branch):
         curve = Curve.of(curve)
     data = json.dumps(_data(history, of_motion(history, frames, until), curve), separators=(",", ":"))
@@ -116,7 +124,8 @@ def view(
     history: with configurations.
     path: of the page, ending in .html; its folder is made where there is none.
     curve: of equilibria, drawn behind the motion.
-    frames: how many instants, at equal distances of time.
+    frames: how many instants, at equal distances of time, 2 to 5000; of very many, or of a very fine mesh,
+        fewer nodes are shown, so that the page stays below 10 MB.
     until: s, the last instant; by default the end.
 
     Returns
@@ -126,7 +135,7 @@ def view(
     Raises
     ------
     ValueError
-        For a motion without configurations, or another ending.
+        For a motion without configurations, another ending, or a number of frames that cannot be.
     OSError
         If the file cannot be written.
     """

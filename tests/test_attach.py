@@ -1,0 +1,179 @@
+"""What importing `compare` adds to results: plots, tables of other programs, tables for notebooks."""
+
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import compare
+import der
+from compare.diagrams.record import Diagram
+from compare.face.style import plt
+from compare.face.surface import area, of_rest
+from ribbonfem import Scene, elastica, kirchhoff
+
+PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
+SHEARED = Scene(compression=0.4, shear=0.40, rate=1.0, stop=0.2, damping=10.0)
+ROOT = Path(__file__).parents[1]
+
+
+@cache
+def found(name):
+    if name == "history":
+        return der.simulate(SHEARED, nodes=21)
+    if name == "other history":
+        return kirchhoff.simulate(SHEARED, elements=4)
+    if name == "planar history":
+        return elastica.simulate(PLANAR, elements=4)
+    if name == "branch":
+        return elastica.equilibria(PLANAR, elements=4)
+    if name == "rest":
+        return kirchhoff.state(SHEARED, elements=8)
+    if name == "convergence":
+        return compare.convergence(elastica, PLANAR, "height", over={"elements": (4, 8, 16)}, step=1e-2)
+    return diagram()
+
+
+def diagram():
+    shares = np.array([[[1.0, 0.0], [0.5, 0.5]], [[0.0, 1.0], [0.0, 1.0]]])
+    return Diagram(
+        kind="skipping",
+        rates=np.array([0.01, 0.1]),
+        dampings=np.array([1.0, 10.0]),
+        outcomes=("no skip", "type 2"),
+        shares=shares,
+        doubt=np.full((2, 2), 0.1),
+        runs=np.full((2, 2), 4),
+        outcome=np.array([["no skip", "mixed"], ["type 2", "type 2"]]),
+        failed=(),
+        boundaries=(),
+        samples=(),
+        folds=(0.1, 0.5),
+        predicted={},
+        scene=SHEARED,
+        model="der",
+        policy={},
+        seed=0,
+    )
+
+
+EACH = ("history", "other history", "planar history", "branch", "rest", "convergence", "diagram")
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_a_result_draws_itself(name):
+    result = found(name)
+    axes = result.plot()
+    assert axes.get_xlabel()
+    assert axes.get_ylabel()
+    assert axes.has_data()
+    if name != "rest":
+        again = plt.figure().add_subplot()
+        assert result.plot(again) is again
+    plt.close("all")
+
+
+def test_a_plot_shows_the_numbers_of_its_result():
+    history, branch = found("history"), found("branch")
+    (line,) = history.plot(color="black").lines
+    np.testing.assert_array_equal(line.get_xydata(), np.column_stack((history.angle, history.height)))
+    axes = found("planar history").plot(curve=branch)
+    assert {line.get_linestyle() for line in axes.lines} == {"-", "--"}
+    dots = branch.plot().lines[-1].get_xydata()
+    np.testing.assert_allclose(dots, [(fold.angle, fold.height) for fold in branch.folds])
+    with pytest.raises(ValueError, match="three dimensions"):
+        found("rest").plot(plt.figure().add_subplot())
+    plt.close("all")
+
+
+@pytest.mark.parametrize("model", [der, kirchhoff], ids=["der", "kirchhoff"])
+def test_a_state_at_rest_is_a_surface_of_the_ribbon(model):
+    state = model.state(SHEARED, **({"nodes": 51} if model is der else {"elements": 8}))
+    strip = of_rest(state)
+    np.testing.assert_allclose(area(strip), SHEARED.ribbon.width / SHEARED.ribbon.length, rtol=1e-3)
+    middle = strip.centre[0, strip.centre.shape[1] // 2]
+    assert middle[2] == pytest.approx(state.height, abs=1e-5)
+    # the two clamps are level, and their normals up
+    np.testing.assert_allclose(strip.normal[0, [0, -1], 2], 1.0, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_a_notebook_gets_a_short_table(name):
+    text = found(name)._repr_html_()
+    assert text.startswith("<table>")
+    assert 2 <= text.count("<tr>") <= 14
+    assert len(text) < 6000
+
+
+def test_a_motion_is_a_data_frame_with_units():
+    pytest.importorskip("pandas")
+    for name in ("history", "other history", "planar history"):
+        history = found(name)
+        frame = history.to_pandas()
+        states = ["time", "angle", "height", "slope", "load"]
+        assert list(frame.columns) == states + list(history.energies)
+        assert len(frame) == len(history)
+        np.testing.assert_array_equal(frame["height"], history.height)
+        assert frame.attrs["units"] | {"time": "s", "angle": "rad", "work": "EI2/L"} == frame.attrs["units"]
+        assert set(frame.attrs["units"]) == set(frame.columns)
+        assert frame.attrs["model"] == history.model
+
+
+def test_a_branch_is_a_data_frame_with_units():
+    pytest.importorskip("pandas")
+    branch = found("branch")
+    frame = branch.to_pandas()
+    assert list(frame.columns) == ["angle", "height", "slope", "load", "stable"]
+    assert frame["stable"].dtype == bool
+    assert frame.attrs["folds"] == [fold.angle for fold in branch.folds]
+    assert set(frame.attrs["units"]) == set(frame.columns)
+    # what is changed in a table is not changed in the result
+    frame.loc[0, "height"] = 9.0
+    assert branch.height[0] != 9.0
+
+
+def test_results_are_data_sets_with_units(tmp_path):
+    pytest.importorskip("xarray")
+    for name in ("history", "other history", "planar history"):
+        history = found(name)
+        data = history.to_xarray()
+        assert data["positions"].dims == ("time", "node", "axis")
+        assert data["positions"].shape == history.configurations["positions"].shape
+        assert set(history.configurations) <= set(data)
+        np.testing.assert_array_equal(data["time"], history.time)
+        np.testing.assert_array_equal(data["s"], history.arclength)
+        units = {key: data[key].attrs["units"] for key in ("time", "angle", "positions", "kinetic", "s")}
+        assert units == {"time": "s", "angle": "rad", "positions": "L", "kinetic": "EI2/L", "s": "L"}
+        assert data.attrs["model"] == history.model
+    branch = found("branch")
+    data = branch.to_xarray()
+    assert data["positions"].shape == branch.configurations.shape
+    assert data["height"].dims == ("row",)
+    assert data.attrs["folds"] == [fold.angle for fold in branch.folds]
+
+
+@pytest.mark.parametrize(("method", "library"), [("to_pandas", "pandas"), ("to_xarray", "xarray")])
+def test_a_library_that_is_missing_is_named_with_what_to_install(monkeypatch, method, library):
+    monkeypatch.setitem(sys.modules, library, None)
+    for name in ("history", "branch"):
+        with pytest.raises(ImportError, match=rf"{method} needs {library}.*pip install {library}"):
+            getattr(found(name), method)()
+
+
+@pytest.mark.parametrize(
+    "order",
+    ["import compare; from ribbonfem import History", "from ribbonfem import History; import compare"],
+)
+def test_methods_come_with_compare_whatever_is_imported_first(order):
+    tried = (
+        "import sys; import ribbonfem; "
+        if order.startswith("from")
+        else "import sys; import compare; assert 'numpy' not in sys.modules; "
+    )
+    tried += f"{order}; assert History.plot and History.to_xarray; assert 'matplotlib' not in sys.modules"
+    subprocess.run([sys.executable, "-c", tried], cwd=ROOT, check=True)
+    alone = "from ribbonfem import History; import der; assert not hasattr(History, 'plot')"
+    subprocess.run([sys.executable, "-c", alone], cwd=ROOT, check=True)
