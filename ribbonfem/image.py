@@ -20,6 +20,7 @@ import numpy as np
 
 from .results import Array, Branch, Fold, History, RestState
 from .scene import Scene, swapped
+from .values import handed_over
 
 _HALF_TURN = np.array([-1.0, -1.0, 1.0])
 
@@ -48,16 +49,43 @@ def _rest(state: RestState, scene: Scene) -> RestState:
     )
 
 
-def imaged(result: Any, scene: Scene) -> Any:
+def _turned_over(rows: Array, shift: Array) -> Array:
+    """Vectors (rows, nodes, 3) of the image in the memory of `rows`: a long motion has room for them once."""
+    held: list[Array] = []
+    owner: Any = rows
+    while isinstance(owner, np.ndarray):
+        held.append(owner)
+        owner = owner.base
+    for array in reversed(held):
+        array.flags.writeable = True
+    rows *= _HALF_TURN
+    rows += shift
+    return handed_over(rows[:, ::-1])
+
+
+def _motion(history: History, scene: Scene, fresh: bool) -> History:
+    kept = dict(history.configurations)
+    end = np.array([1.0 - scene.compression, -scene.shear, 0.0])
+    for name, shift in (("positions", end), ("normals", np.zeros(3))):
+        if name in kept:
+            rows = kept[name] if fresh else kept[name].copy()
+            kept[name] = _turned_over(rows, shift)
+    arclength = 1.0 - history.arclength[::-1]
+    slope = handed_over(-history.slope)
+    return replace(history, slope=slope, configurations=kept, arclength=arclength, scene=scene)
+
+
+def imaged(result: Any, scene: Scene, *, fresh: bool = False) -> Any:
     """What a model found of the image of a scene, as it is of the scene itself.
 
     Parameters
     ----------
     result: of any verb; numbers, and what has no scene, are the same for both.
     scene: the one that was asked for.
+    fresh: nobody else holds `result`, whose memory may then become that of its image.
     """
     if isinstance(result, tuple):
-        return tuple(imaged(item, scene) for item in result)
+        return tuple(imaged(item, scene, fresh=fresh) for item in result)
     if isinstance(result, str):
         return swapped(result)
     if isinstance(result, Fold):
@@ -74,13 +102,7 @@ def imaged(result: Any, scene: Scene) -> Any:
             scene=scene,
         )
     if isinstance(result, History):
-        kept = dict(result.configurations)
-        if "positions" in kept:
-            kept["positions"] = _positions(kept["positions"], scene)
-        if "normals" in kept:
-            kept["normals"] = kept["normals"][:, ::-1] * _HALF_TURN
-        arclength = 1.0 - result.arclength[::-1]
-        return replace(result, slope=-result.slope, configurations=kept, arclength=arclength, scene=scene)
+        return _motion(result, scene, fresh)
     if is_dataclass(result) and not isinstance(result, type) and hasattr(result, "scene"):
         return replace(result, scene=scene)
     return result

@@ -190,12 +190,12 @@ def _of_the_image(function: Callable[..., Any], given: inspect.BoundArguments, s
     """What a function finds of the scene's image, mapped back; errors name the states of the scene."""
     given.arguments["scene"] = scene.image
     try:
-        return imaged(function(*given.args, **given.kwargs), scene)
+        return imaged(function(*given.args, **given.kwargs), scene, fresh=True)
     except SceneError as error:
         raise SceneError(_STATE.sub(lambda found: swapped(found[0]), str(error))) from None
     except SolverError as error:
         if error.history is not None:
-            error.history = imaged(error.history, scene)
+            error.history = imaged(error.history, scene, fresh=True)
         raise
 
 

@@ -139,9 +139,10 @@ def size(run):
         (quasilinear, {"elements": 8}),
     ],
 )
-def test_long_motions_peak_little_above_their_size(model, policy):
+@pytest.mark.parametrize("turned", ["left", "right"])
+def test_long_motions_peak_little_above_their_size(model, policy, turned):
     model.simulate(PLANAR, **policy)
-    scene = replace(PLANAR, rate=0.01)
+    scene = replace(PLANAR, rate=0.01, turned=turned)
     gc.collect()
     tracemalloc.start()
     run = model.simulate(scene, method="implicit-euler", step=10.0 / 200_000, **policy)
