@@ -202,7 +202,7 @@ def test_calls_that_no_verb_takes():
         kirchhoff.folds(Ribbon())
     with pytest.raises(AttributeError, match="perhaps 'simulate' is meant"):
         der.simulates  # noqa: B018
-    with pytest.raises(AttributeError, match=r"it has .*equilibria, folds"):
+    with pytest.raises(AttributeError, match=r"it has .*equilibria, escape, folds"):
         kirchhoff.swing  # noqa: B018
     with pytest.raises(PolicyError, match="Steps"):
         der.folds(PLANAR, steps=0.1)

@@ -12,7 +12,7 @@ from ribbonfem.continuation import Event, State, Steps
 from ribbonfem.continuation.corrector import bordered_solve
 from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.continuation.vibration import InertialProblem
-from ribbonfem.policy import positive, refuse, whole_number
+from ribbonfem.policy import refuse, whole_number, within
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene
 
@@ -22,6 +22,8 @@ from .fold import NormalForm, normal_form
 _NEWTON, _TOLERANCE = 30, 1e-10
 # L; a normal form holds no farther
 _FARTHEST = 0.05
+# below it what leaves the fold is lost in the residual of the equilibrium
+_NEAREST = 1e-5
 
 
 @dataclass(frozen=True)
@@ -104,11 +106,11 @@ def scene_departure(
     Raises
     ------
     PolicyError
-        If there are not so many folds, or the amplitude is no small positive length.
+        If there are not so many folds, or the amplitude is not in [1e-5, 0.05].
     SolverError
         As in `ramp_folds` and `departure`.
     """
-    number, reach = whole_number("fold", fold, 0), positive("amplitude", amplitude, _FARTHEST)
+    number, reach = whole_number("fold", fold, 0), within("amplitude", amplitude, _NEAREST, _FARTHEST)
     events = ramp_folds(problem, start, replace(scene, stop=None), steps)
     if number >= len(events):
         refuse("fold", fold, f"the ramp meets {len(events)} folds, counted from 0")

@@ -216,7 +216,7 @@ def escape(
     Parameters
     ----------
     fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole beam of mass 1, at most 0.05.
+    amplitude: of the null vector, in L with the whole beam of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
     elements, extensible, until: as in `simulate`.
 

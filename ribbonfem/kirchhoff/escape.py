@@ -36,7 +36,7 @@ def escape(
     Parameters
     ----------
     fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole ribbon of mass 1, at most 0.05.
+    amplitude: of the null vector, in L with the whole ribbon of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
     elements, extensible, configurations: as in `simulate`.
     until: "end", or "snap", soon after the height first changes sign.
