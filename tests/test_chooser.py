@@ -8,8 +8,8 @@ import compare
 import der
 from compare.chooser import climb
 from compare.chooser.choice import FLAT, Choice, choose, stays_planar
-from compare.chooser.climb import limit_of
 from compare.chooser.laws import Policy, beam_units, shipped
+from compare.limits import limit_of
 from compare.questions import choices
 from ribbonfem import Ribbon, Scene, SceneError, elastica
 from ribbonfem.delay import universal

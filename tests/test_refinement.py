@@ -3,7 +3,7 @@ import pytest
 
 import der
 from compare import convergence
-from compare.measures.convergence import richardson, triple_order
+from compare.limits import richardson, triple_order
 from compare.measures.quantities import QUANTITIES, Shape, unknowns
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.policy import PolicyError

@@ -17,13 +17,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 import der
+from compare.limits import limit_of
 from ribbonfem import History, Scene, SceneError, SolverError, elastica
 from ribbonfem.results import Value
 
@@ -73,38 +72,6 @@ class Settled(Value):
     sensitive: bool
     runs: tuple[Run, ...]
     history: History | None
-
-
-def limit_of(values: Sequence[float], meshes: Sequence[int]) -> tuple[float, float]:
-    """The limit of values on centred-clamp rods of these numbers of nodes, and its estimated error.
-
-    Parameters
-    ----------
-    values: two or more; only the last three count.
-    meshes: N of each, growing.
-
-    Raises
-    ------
-    ValueError
-        For fewer than two values, or not as many meshes.
-    """
-    if len(values) != len(meshes) or len(values) < 2:
-        raise ValueError(f"values = {values!r}, meshes = {meshes!r}: two or more are needed, one of each")
-    recent, nodes = np.array(values[-3:]), np.array(meshes[-3:], dtype=float)
-    square = (nodes[0] - 2.0) ** 2 / (nodes - 2.0) ** 2
-
-    def limit(last: int) -> float:
-        powers = np.vander(square[-last:], last, increasing=True)
-        return float(np.linalg.solve(powers, recent[-last:])[0])
-
-    best = limit(len(recent))
-    reach = float(abs(best - recent[-1]))
-    # so long a step, in rad or of the angle itself, that the meshes do not yet see the same
-    far = 25.0 * reach + 1.5 * reach / max(abs(best), reach)
-    if len(recent) == 2:
-        return best, reach * (0.12 * (29.0 / (meshes[-2] - 2.0)) ** 2 + far)
-    # the two limits may agree by chance, and then say nothing of a long step
-    return best, max(abs(best - limit(2)) * (0.25 + far), 0.4 * reach * far)
 
 
 def _angle(history: History, quantity: str) -> float | None:

@@ -14,13 +14,12 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
+from compare.limits import ROUNDING, Limit, Value, richardson, root_mean_square
 from ribbonfem import Scene
 from ribbonfem.policy import PolicyError, a_scene, number, positive, whole_number
 from ribbonfem.results import Array
@@ -42,111 +41,6 @@ from .quantities import (
     size_of,
     unknowns,
 )
-
-# differences below this share of the value are rounding
-ROUNDING = 1e-11
-# an observed order is consistent with another if it differs by no more than this share of it
-SLACK = 0.15
-# and the next coarser triple, which is less close to the limit, by no more than this
-WIDE = 0.35
-# orders are looked for in this range
-_ORDERS = (0.05, 20.0)
-
-Value = float | Array
-
-
-@dataclass(frozen=True, eq=False)
-class Limit(Record):
-    """Where a sequence of values goes as the size goes to zero.
-
-    Attributes
-    ----------
-    value: Richardson's limit, a number or an array.
-    orders: (values - 2,) observed by each three consecutive values; NaN where they do not converge.
-    verified: whether the orders agree with the one expected, or, where none is, with each other;
-        or the last two values agree to rounding.
-    uncertainty: by how much the limit moves when it is taken one run earlier; where it was taken
-        by the order observed and not by the one expected, its distance from the finest value.
-    """
-
-    value: Value
-    orders: Array
-    verified: bool
-    uncertainty: float
-
-
-def _size(value: Any) -> float:
-    """Root mean square of the numbers of a value."""
-    return float(np.sqrt(np.mean(np.square(value))))
-
-
-def triple_order(values: Sequence[Value], sizes: Sequence[float]) -> float:
-    """The p with v = limit + C h^p through three values; NaN if they do not approach a limit so."""
-    first, second = np.subtract(values[0], values[1]), np.subtract(values[1], values[2])
-    # differences that point different ways are not those of one leading term
-    if _size(second) == 0.0 or float(np.sum(first * second)) <= 0.0:
-        return math.nan
-    ratio = _size(first) / _size(second)
-    a, b, c = (h / sizes[0] for h in sizes)
-
-    def off(p: float) -> float:
-        return (a**p - b**p) / (b**p - c**p) / ratio - 1.0
-
-    low, high = _ORDERS
-    if off(low) * off(high) > 0.0:
-        return math.nan
-    return float(brentq(off, low, high))
-
-
-def _extrapolated(coarse: Value, fine: Value, ratio: float) -> Value:
-    """Richardson's limit, if the error falls by `ratio` from the coarse value to the fine one."""
-    return np.subtract(np.multiply(ratio, fine), coarse) / (ratio - 1.0)
-
-
-def _near(order: float, other: float, slack: float = SLACK) -> bool:
-    return bool(abs(order - other) <= slack * abs(other))
-
-
-def richardson(values: Sequence[Value], sizes: Sequence[float], expected: float | None = None) -> Limit:
-    """The limit of values at falling sizes, by the expected order where it is observed.
-
-    Parameters
-    ----------
-    values: at least three numbers, or arrays of one shape, the coarsest first.
-    sizes: their mesh sizes, steps or tolerances, falling.
-    expected: the order that the method declares; None if it declares none.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than three, or the sizes do not fall.
-    """
-    if len(values) < 3 or len(values) != len(sizes):
-        raise ValueError(
-            f"values: {len(values)} of them with {len(sizes)} sizes: must be three at least, as many"
-        )
-    if any(a <= b for a, b in pairwise(sizes)):
-        raise ValueError(f"sizes = {tuple(sizes)!r}: must fall")
-    orders = np.array([triple_order(values[k : k + 3], sizes[k : k + 3]) for k in range(len(values) - 2)])
-    last, scale = _size(np.subtract(values[-1], values[-2])), _size(values[-1])
-    if last <= ROUNDING * max(1.0, scale):
-        return Limit(values[-1], orders, True, last)
-    seen = float(orders[-1])
-    if expected is not None:
-        verified = _near(seen, expected) and all(_near(p, expected, WIDE) for p in orders[-2:-1])
-    else:
-        verified = len(orders) > 1 and _near(seen, float(orders[-2]))
-    order = expected if expected is not None and (verified or math.isnan(seen)) else seen
-    if order is None or math.isnan(order):
-        return Limit(values[-1], orders, False, last)
-    limits = [
-        _extrapolated(values[k], values[k + 1], (sizes[k] / sizes[k + 1]) ** order)
-        for k in range(len(values) - 3, len(values) - 1)
-    ]
-    limit = limits[1] if np.ndim(limits[1]) else float(limits[1])
-    # three values and the order seen in them would agree by construction
-    other = limits[0] if order == expected else values[-1]
-    return Limit(limit, orders, verified, _size(np.subtract(limit, other)))
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -194,7 +88,7 @@ class Convergence(Record):
         """
         if not self.given:
             return float(self.orders[-1])
-        floor = max(ROUNDING * max(1.0, _size(self.limit)), self.uncertainty)
+        floor = max(ROUNDING * max(1.0, root_mean_square(self.limit)), self.uncertainty)
         keep = self.errors > floor
         if keep.sum() < 2:
             return math.nan
@@ -351,7 +245,7 @@ def convergence(
         limit = Limit(target, np.zeros(0), True, 0.0)
     else:
         limit = richardson(compared, sizes, expected)
-    errors = np.array([spacing * _size(np.subtract(value, limit.value)) for value in compared])
+    errors = np.array([spacing * root_mean_square(np.subtract(value, limit.value)) for value in compared])
     with np.errstate(divide="ignore", invalid="ignore"):
         pairs = np.array(
             [

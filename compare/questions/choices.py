@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from compare.chooser.choice import Answer, choose
-from compare.chooser.climb import SCATTER, endless, expected_steps, limit_of
+from compare.chooser.climb import SCATTER, endless, expected_steps
 from compare.chooser.trials import random_ribbon, rod_snap
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
+from compare.limits import limit_of
 from compare.models import warm_up
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError, elastica

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.measures.convergence import Limit, richardson
+from compare.limits import Limit, richardson
 from compare.measures.quantities import Rest, Shape, at_rest, fold_angles, run
 from ribbonfem import Scene, kirchhoff, quasilinear
 from ribbonfem.closed_form import euler

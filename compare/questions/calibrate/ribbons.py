@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from compare.chooser.climb import expected_steps, limit_of
+from compare.chooser.climb import expected_steps
 from compare.chooser.laws import rounded
 from compare.chooser.trials import element_snap, random_ribbon, rod_snap
+from compare.limits import limit_of
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 import der
-from compare.chooser.climb import limit_of
+from compare.limits import limit_of
 from ribbonfem import Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.continuation import Steps
 from ribbonfem.results import Branch, Fold
