@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -24,6 +24,7 @@ WIDE = 0.35
 _ORDERS = (0.05, 20.0)
 
 Value = float | Array
+V = TypeVar("V", float, Array)
 
 
 def edge_ratio(coarse: int, fine: int) -> float:
@@ -31,7 +32,7 @@ def edge_ratio(coarse: int, fine: int) -> float:
     return ((fine - 2) / (coarse - 2)) ** 2
 
 
-def two_point(coarse: float, fine: float, ratio: float) -> float:
+def two_point(coarse: V, fine: V, ratio: float) -> V:
     """Richardson's limit of a value whose error falls by `ratio` from the coarse mesh to the fine one."""
     return (ratio * fine - coarse) / (ratio - 1.0)
 
@@ -101,7 +102,9 @@ def root_mean_square(value: Any) -> float:
     return float(np.sqrt(np.mean(np.square(value))))
 
 
-def triple_order(values: Sequence[Value], sizes: Sequence[float]) -> float:
+def triple_order(
+    values: Sequence[Value], sizes: Sequence[float], within: tuple[float, float] = _ORDERS
+) -> float:
     """The p with v = limit + C h^p through three values; NaN if they do not approach a limit so."""
     first, second = np.subtract(values[0], values[1]), np.subtract(values[1], values[2])
     # differences that point different ways are not those of one leading term
@@ -113,15 +116,10 @@ def triple_order(values: Sequence[Value], sizes: Sequence[float]) -> float:
     def off(p: float) -> float:
         return (a**p - b**p) / (b**p - c**p) / ratio - 1.0
 
-    low, high = _ORDERS
+    low, high = within
     if off(low) * off(high) > 0.0:
         return math.nan
     return float(brentq(off, low, high))
-
-
-def _extrapolated(coarse: Value, fine: Value, ratio: float) -> Value:
-    """Richardson's limit, if the error falls by `ratio` from the coarse value to the fine one."""
-    return np.subtract(np.multiply(ratio, fine), coarse) / (ratio - 1.0)
 
 
 def _near(order: float, other: float, slack: float = SLACK) -> bool:
@@ -161,7 +159,7 @@ def richardson(values: Sequence[Value], sizes: Sequence[float], expected: float 
     if order is None or math.isnan(order):
         return Limit(values[-1], orders, False, last)
     limits = [
-        _extrapolated(values[k], values[k + 1], (sizes[k] / sizes[k + 1]) ** order)
+        two_point(np.asarray(values[k]), np.asarray(values[k + 1]), (sizes[k] / sizes[k + 1]) ** order)
         for k in range(len(values) - 3, len(values) - 1)
     ]
     limit = limits[1] if np.ndim(limits[1]) else float(limits[1])

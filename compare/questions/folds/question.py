@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 import der
 from compare.face.section import Drawing, Table
-from compare.limits import edge_ratio, of_folds, two_point
+from compare.limits import edge_ratio, of_folds, triple_order, two_point
 from compare.models import timed, warm_up
 from compare.questions.registry import Question
 from compare.sweep import Progress, Sweep
@@ -48,15 +48,8 @@ FINEST = 40
 
 def observed_order(values: tuple[float, float, float], lengths: tuple[float, float, float]) -> float | None:
     """The order p of values a + c l^p on three meshes of edge lengths l; None if there is none."""
-    (a, b, c), (h1, h2, h3) = values, lengths
-    if b == c or (a - b) / (b - c) <= 0.0:
-        return None
-    ratio = (a - b) / (b - c)
-
-    def off(p: float) -> float:
-        return float((h1**p - h2**p) / (h2**p - h3**p) - ratio)
-
-    return float(brentq(off, 0.05, 12.0)) if off(0.05) * off(12.0) < 0.0 else None
+    order = triple_order(values, lengths, within=(0.05, 12.0))
+    return None if math.isnan(order) else order
 
 
 def limit_of(found: tuple[Fold, Fold, Fold], nodes: tuple[int, int, int]) -> tuple[Fold, float]:
