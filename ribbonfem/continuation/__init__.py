@@ -1,20 +1,16 @@
 """Pseudo-arclength continuation of equilibria, shared by all models."""
 
-from .tracing import (
+from .corrector import (
     PARAMETER_WEIGHT,
-    Event,
     Linearisation,
     Point,
     Problem,
-    Segment,
     State,
     Steps,
-    at_parameter,
     equilibrium,
     first_point,
-    switch,
-    trace,
 )
+from .tracing import Event, Segment, at_parameter, switch, trace
 
 __all__ = [
     "PARAMETER_WEIGHT",

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ribbonfem.results import MESH, Array, Branch, Fold, SolverError
 from ribbonfem.scene import Scene
 
-from .tracing import Event, Point, Problem, State, Steps, first_point, trace
+from .corrector import Point, Problem, State, Steps, first_point
+from .tracing import Event, trace
 
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
 _NEARLY_PLANAR = 1e-3

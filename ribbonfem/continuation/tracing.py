@@ -19,7 +19,6 @@ from scipy.optimize import brentq
 from ribbonfem.results import Array, SolverError
 
 from .corrector import (
-    PARAMETER_WEIGHT,
     Failed,
     Linearisation,
     Point,
@@ -28,27 +27,10 @@ from .corrector import (
     Steps,
     correct,
     equilibrium,
-    first_point,
     inside,
     norm,
     tangent,
 )
-
-__all__ = [
-    "PARAMETER_WEIGHT",
-    "Event",
-    "Linearisation",
-    "Point",
-    "Problem",
-    "Segment",
-    "State",
-    "Steps",
-    "at_parameter",
-    "equilibrium",
-    "first_point",
-    "switch",
-    "trace",
-]
 
 
 @dataclass(frozen=True)
