@@ -57,7 +57,7 @@ def escape(
         Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
     )
     unit, angle = scene.ribbon.inertial_time, found.form.angle
-    damping = scene.damping * unit
+    damping = scene.scaled_damping
     # the loop's ramp is over at time 1, where the motion starts
     ramp = kernels.Ramp(angle, angle, 1.0 + duration / unit, damping, -np.inf, until == "snap")
     policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))

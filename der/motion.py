@@ -132,14 +132,11 @@ def simulate(
     state = start_state(rod)
 
     unit = scene.ribbon.inertial_time
-    rate = float(scene.rate * unit)
-    turned, hold = abs(float(stop) / rate), scene.hold / unit
     ramp = kernels.Ramp(
-        rate,
+        float(scene.scaled_rate),
         float(stop),
-        # as the loop computes it, and no later by a hold that is rounding beside it
-        turned + (hold if hold > 1e-12 * turned else 0.0),
-        float(scene.damping * unit),
+        float(scene.instants()[1]),
+        float(scene.scaled_damping),
         _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )

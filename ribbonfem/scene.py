@@ -209,3 +209,11 @@ class Scene:
         if self.stop is None:
             raise SceneError("Scene.stop = None: a simulation needs the angle (rad) at which the clamp stops")
         return self.stop
+
+    def instants(self) -> tuple[float, float]:
+        """When the clamp stops, and when its hold ends, in units of t*; `SceneError` without `stop`.
+
+        As the time loops compute them, to the last bit; a hold that is rounding beside the ramp is none.
+        """
+        turned, hold = self.require_stop() / self.scaled_rate, self.hold / self.ribbon.inertial_time
+        return turned, turned + (hold if hold > 1e-12 * turned else 0.0)

@@ -65,9 +65,8 @@ class Prediction:
 
 def beam_units(scene: Scene) -> tuple[float, float, float, float]:
     """dL/L, rate t* (positive), nu t* and the compliance c of a scene."""
-    unit = scene.ribbon.inertial_time
     compliance = 1.0 / scene.ribbon.stretch_ratio
-    return scene.compression, abs(scene.rate) * unit, scene.damping * unit, compliance
+    return scene.compression, abs(scene.scaled_rate), scene.scaled_damping, compliance
 
 
 class PlanarLaws:

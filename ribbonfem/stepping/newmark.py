@@ -240,18 +240,14 @@ def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> ker
 
 def _ramp(scene: Scene, control: Control) -> kernels.Ramp:
     unit = scene.ribbon.inertial_time
-    rate, stop = scene.rate * unit, scene.require_stop()
-    turned, hold = stop / rate, scene.hold / unit
-    if hold <= 1e-12 * turned:
-        # beside the ramp such a hold is rounding
-        hold = 0.0
+    rate, (turned, end) = scene.scaled_rate, scene.instants()
     largest = min(LARGEST_TURN / abs(rate), 0.1 * turned)
     return kernels.Ramp(
         rate=rate,
-        stop=stop,
+        stop=scene.require_stop(),
         turned=turned,
-        end=turned + hold,
-        damping=scene.damping * unit,
+        end=end,
+        damping=scene.scaled_damping,
         fixed=0.0 if control.step is None else control.step / unit,
         tolerance=control.tolerance or 0.0,
         largest=largest,

@@ -31,7 +31,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
     drawn = [random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
     found = sweep("ribbons", _ribbon, drawn)
-    rate = np.array([scene.rate * scene.ribbon.inertial_time for scene in drawn])
+    rate = np.array([scene.scaled_rate for scene in drawn])
     laws: dict[str, Any] = {"meshes": MESHES, "scenes": scenes, "seed": seed, "time": {}, "mesh": {}}
     best = np.array([f["time"]["1e-06"] for f in found])
     for label in ("1e-04", "1e-05"):
