@@ -25,15 +25,16 @@ import math
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
+
+from ribbonfem.compiled.decorator import compiled
 
 WIDTH = 10  # half-bandwidth
 FIRST = 7  # first free unknown: theta^1; the last is theta^(N-3), number 4 N - 9
 
-_options = {"cache": True, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
+OPTIONS = {"fastmath": {"contract"}, "error_model": "numpy"}
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _cross(a, b):
     return (
         a[1] * b[2] - a[2] * b[1],
@@ -42,23 +43,23 @@ def _cross(a, b):
     )
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _sum(a, p, b, q):
     """p a + q b."""
     return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _row(array, i):
     return (array[i, 0], array[i, 1], array[i, 2])
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def edges(x, tangent, inverse):
     """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
     for i in range(tangent.shape[0]):
@@ -68,7 +69,7 @@ def edges(x, tangent, inverse):
         tangent[i, 0], tangent[i, 1], tangent[i, 2] = e[0] * length, e[1] * length, e[2] * length
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _turned(m, t, angle):
     """m, normal to t, turned about t."""
     square = angle * angle
@@ -81,7 +82,7 @@ def _turned(m, t, angle):
     return _sum(m, c, _cross(t, m), s)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _angle_of(y, x):
     """atan2(y, x), by its series where y is small."""
     if x > 0.0 and abs(y) < 0.1 * x:
@@ -92,7 +93,7 @@ def _angle_of(y, x):
     return math.atan2(y, x)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
     """Carry the directors from one configuration's tangents to another's.
 
@@ -123,7 +124,7 @@ def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
         before, director = new, m
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def assemble(
     tangent, inverse, m1, twist, stiffness, rest, stretch, gradient, hessian, energies, second, nodes
 ):
@@ -299,7 +300,7 @@ def assemble(
     energies[2] = twisting
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def factor(a, first, last):
     """Overwrite rows first .. last - 1 of a band (rows, 11) with its L D L^T; count negative pivots.
 
@@ -328,7 +329,7 @@ def factor(a, first, last):
     return negative
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def solve(a, first, last, x):
     """Overwrite x[first:last] with the solution; x has ten entries beyond `last` to spare."""
     for i in range(last, last + WIDTH):
@@ -348,7 +349,7 @@ def solve(a, first, last, x):
         x[i] = x[i] * a[i, 0] - ((two + three) + four) - one
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def multiply(a, first, last, x):
     """Product of the unfactored band's rows and columns first .. last - 1 with x, as a new array."""
     y = np.zeros(x.shape[0])
@@ -361,7 +362,7 @@ def multiply(a, first, last, x):
     return y
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def solve_refined(hessian, factors, first, right):
     """Solve for right-hand sides (n, k) on rows first .. first + n - 1, with one refinement.
 
@@ -444,7 +445,7 @@ Scratch = namedtuple(
 )
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _sum_up(rod, m1, twist, s, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
     assemble(
@@ -463,7 +464,7 @@ def _sum_up(rod, m1, twist, s, second, nodes):
     )
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _place(rod, angle, x0, dq):
     """Increments of the left clamp's two nodes to an angle."""
     for i in range(2):
@@ -471,7 +472,7 @@ def _place(rod, angle, x0, dq):
             dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _configure(motion, s, dq, share):
     """The configuration s.x, its edges and frames, at a share of the increments dq of a step."""
     nodes = motion.x.shape[0]
@@ -483,7 +484,7 @@ def _configure(motion, s, dq, share):
     carry(motion.tangent, motion.m1, motion.twist, s.tangent, s.turn, s.m1, s.twist)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _evaluate(rod, motion, s, dq, mean, second):
     """Forces in s.gradient, and with `second` their derivative in dq in s.factors.
 
@@ -513,7 +514,7 @@ def _evaluate(rod, motion, s, dq, mean, second):
             s.factors[:] = s.hessian
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _newton(rod, motion, s, dq, c, b, policy):
     """Solve M (c dq - b) + F = 0 for the free increments, from the guess in dq; F as in `_evaluate`.
 
@@ -561,7 +562,7 @@ def _newton(rod, motion, s, dq, c, b, policy):
     return -30
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _largest(values, first, last):
     """Largest component of the positions among interleaved values."""
     size = 0.0
@@ -571,14 +572,14 @@ def _largest(values, first, last):
     return size
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _angle(ramp, time):
     """Clamp angle at a time; exactly `stop` from the kink on."""
     turned = abs(ramp.rate) * time
     return math.copysign(min(turned, abs(ramp.stop)), ramp.rate)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _attempt(rod, motion, s, ramp, policy, h):
     """One step of size h from `motion`: increments in s.dq, velocities in s.v.
 
@@ -701,7 +702,7 @@ def _attempt(rod, motion, s, ramp, policy, h):
     return count, error
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _moment(rod, gradient, angle):
     """Moment (of the clamp on the ribbon, along growing angle) from the reaction of the left nodes."""
     total = 0.0
@@ -712,7 +713,7 @@ def _moment(rod, gradient, angle):
     return total
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _accept(rod, motion, s, ramp, policy, h):
     """Take over the step in s.dq, s.v: frames, accelerations, energies passed on."""
     nodes = motion.x.shape[0]
@@ -761,7 +762,7 @@ def _accept(rod, motion, s, ramp, policy, h):
     motion.twist[:] = s.twist
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _record(rod, motion, s, ramp, rows, row_x, row_m1):
     """Write the next row; configurations only if there is room for them.  True if the energy has blown up."""
     nodes = motion.x.shape[0]
@@ -806,7 +807,7 @@ def _record(rod, motion, s, ramp, rows, row_x, row_m1):
     return not held - clock[START] <= GROWTH * (clock[START] + clock[EFFORT])
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
     """Step until the end of the ramp and its hold, until decided or snapped (DONE), until the rows are full
     (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).

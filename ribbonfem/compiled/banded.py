@@ -8,12 +8,13 @@ pivot costs digits, which one step of iterative refinement restores.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ribbonfem.results import Array
 
+from .decorator import compiled
 
-@njit(cache=True, nogil=True)
+
+@compiled()
 def factor_arrow(band: Array, border: Array, corner: Array) -> int:
     """Overwrite a symmetric arrow matrix with its L D L^T; return the number of negative pivots.
 
@@ -66,7 +67,7 @@ def factor_arrow(band: Array, border: Array, corner: Array) -> int:
     return negative
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def solve_arrow(band: Array, border: Array, corner: Array, x: Array) -> None:
     """Overwrite x (n + k, m) with the solution, from the factors of `factor_arrow`."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
@@ -94,7 +95,7 @@ def solve_arrow(band: Array, border: Array, corner: Array, x: Array) -> None:
             x[i, c] = value
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array:
     """The product of the (unfactored) matrix with x (n + k, m)."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import SIGMA, Motion, Ramp, Scratch
 from .tangent import (
+    OPTIONS,
     STIFF,
     P,
     Rod,
@@ -15,7 +15,6 @@ from .tangent import (
     _bend,
     _body,
     _interpolate,
-    _options,
     factorise,
     fill_element,
     residual,
@@ -23,7 +22,7 @@ from .tangent import (
 )
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def tangents(g: Array, tangent: Array) -> None:
     """Unit tangents (nodes, 3) of the frames."""
     for i in range(g.shape[0]):
@@ -33,7 +32,7 @@ def tangents(g: Array, tangent: Array) -> None:
         tangent[i, 2] = 2.0 * (x * z - w * y)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _impulse_residual(
     rod: Rod, s: Solver, m: Motion, t: Scratch, old: Array, second: bool, ramp: Ramp
 ) -> None:
@@ -161,7 +160,7 @@ def _impulse_residual(
                         s.fp[node, c] += _body(g, node, s.p, c)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp) -> float:
     """Put v, a and n onto the hidden constraints; return the impulse on the clamp (a moment).
 

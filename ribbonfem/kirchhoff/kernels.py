@@ -16,12 +16,12 @@ One file, because numba's cache does not see a change in another one.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _point(
     q: Array,
     p: Array,
@@ -123,7 +123,7 @@ def _point(
     hess[2, 0] += z
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def frame_basis(g: Array, basis: Array) -> None:
     """Columns g i, g j, g k (nodes, 4, 3): an orthonormal basis of the tangent space at each node's g."""
     for n in range(g.shape[0]):
@@ -134,7 +134,7 @@ def frame_basis(g: Array, basis: Array) -> None:
         basis[n, 3, 0], basis[n, 3, 1], basis[n, 3, 2] = -y, x, w
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def assemble(
     g: Array,
     force: Array,
@@ -277,7 +277,7 @@ def assemble(
             column[4 * a + r] -= across * q[r]
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def to_increments(basis: Array, x: Array, y: Array) -> None:
     """Components (3 m + 3, k) along `basis` of quaternion vectors (4 m + 3, k) of the inner nodes."""
     inner = basis.shape[0] - 2
@@ -292,7 +292,7 @@ def to_increments(basis: Array, x: Array, y: Array) -> None:
             y[3 * inner + b, c] = x[4 * inner + b, c]
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def to_quaternions(basis: Array, y: Array, x: Array) -> None:
     """The reverse of `to_increments`."""
     inner = basis.shape[0] - 2
@@ -307,7 +307,7 @@ def to_quaternions(basis: Array, y: Array, x: Array) -> None:
             x[4 * inner + b, c] = y[3 * inner + b, c]
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def move(g: Array, increment: Array) -> Array:
     """Frames (nodes, 4) after an increment (4 m + 3,) of the inner ones, normalised."""
     new = g.copy()
@@ -322,7 +322,7 @@ def move(g: Array, increment: Array) -> Array:
     return new
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def strains(
     g: Array, force: Array, value: Array, slope: Array, soft: float, curvature: Array, stretched: Array
 ) -> None:

@@ -8,8 +8,8 @@ clock, so that a run that comes back for more rows is bitwise the uninterrupted 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.beam_kernels import DIRK, ONE_STAGE, Scheme
 
@@ -45,7 +45,7 @@ from .arrays import (
 )
 from .consistent import project, tangents
 from .newton import guess, newton, remember
-from .tangent import P, Rod, Solver, _options, add_element, clamp_moment
+from .tangent import OPTIONS, P, Rod, Solver, add_element, clamp_moment
 
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
@@ -61,12 +61,12 @@ LEAST_GROWTH = 1.4
 CREEP, LEAST = 0.1, 0.01
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _set_clamp(g: Array, angle: float) -> None:
     g[0, 0], g[0, 1], g[0, 2], g[0, 3] = np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _kinetic(rod: Rod, v: Array) -> float:
     total = 0.0
     for i in range(1, v.shape[0] - 1):
@@ -75,7 +75,7 @@ def _kinetic(rod: Rod, v: Array) -> float:
     return 0.5 * total
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _elastic(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
     """Elastic energy; overwrites residuals."""
     for i in range(g.shape[0]):
@@ -87,7 +87,7 @@ def _elastic(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
     return total
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     """The next step: never past the end of the phase, and no sliver of a step left before it."""
     h = clock[STEP]
@@ -102,7 +102,7 @@ def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     return 0.5 * rest if rest < 2.0 * h else h
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _stage(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, float, float]:
     """Put what a stage knows in t.xp, t.vp, t.tp; return b, f and ft of x = xp + b a, and so on."""
     nodes = y.x.shape[0]
@@ -135,7 +135,7 @@ def _stage(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, f
     return diagonal * diagonal, diagonal, diagonal
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _error(m: Scheme, y: Motion, t: Scratch, h: float) -> float:
     """Estimated local error of the positions."""
     largest = 0.0
@@ -155,7 +155,7 @@ def _error(m: Scheme, y: Motion, t: Scratch, h: float) -> float:
     return largest
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _accept(m: Scheme, y: Motion, t: Scratch) -> None:
     """Take over the last stage; theta starts anew."""
     share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
@@ -175,7 +175,7 @@ def _accept(m: Scheme, y: Motion, t: Scratch) -> None:
     tangents(y.g, y.tangent)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _record(rod: Rod, s: Solver, y: Motion, angle: float, rows: Array, row_x: Array, row_m1: Array) -> float:
     """Write the next row, configurations if there is room for them; return the elastic energy."""
     clock, row = y.clock, int(y.clock[ROWS])
@@ -204,7 +204,7 @@ def _record(rod: Rod, s: Solver, y: Motion, angle: float, rows: Array, row_x: Ar
     return elastic
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def run(
     rod: Rod,
     m: Scheme,

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Ramp, Scratch
 from .consistent import tangents
-from .tangent import P, Rod, Solver, _options, factorise, fill_element, residual, rotate, solve, twist
+from .tangent import OPTIONS, P, Rod, Solver, factorise, fill_element, residual, rotate, solve, twist
 
 NEWTON_LIMIT = 20
 # relative change of 1 / (step)^2 for which factors are kept
@@ -29,7 +29,7 @@ SMALLEST_CHANGE, ROUNDING = 1e-12, 1e-11
 ANGLE = 0.1
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None:
     """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to the residual."""
     for i in range(1, g.shape[0] - 1):
@@ -45,7 +45,7 @@ def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None
         )
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def newton(
     rod: Rod, s: Solver, t: Scratch, g0: Array, b: float, f: float, ft: float, ramp: Ramp, clock: Array
 ) -> int:
@@ -133,7 +133,7 @@ def newton(
     return -iteration
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array) -> None:
     """Keep a solved stage for guesses."""
     slot = int(clock[POINTS]) % MEMORY
@@ -144,7 +144,7 @@ def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array
     t.known_a[slot] = a
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def guess(t: Scratch, clock: Array, time: float) -> None:
     """Guesses of g, n and a at a time, from the polynomial through the last stages known."""
     known = int(clock[POINTS])

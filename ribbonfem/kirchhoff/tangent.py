@@ -24,8 +24,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 from .kernels import _point
@@ -46,7 +46,7 @@ STIFF = 1e12
 # small rotary inertia of bending that makes their tangent definite; refinement takes it out again
 SMALL = 1e-7
 
-_options = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 
 
 class Rod(NamedTuple):
@@ -131,7 +131,7 @@ def solver(elements: int) -> Solver:
 # --- one Gauss point, one element ----------------------------------------------------------------
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None:
     """The quaternion (not normalised) and its derivative at a Gauss point."""
     for c in range(4):
@@ -143,7 +143,7 @@ def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None
         p[c] = slope
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _bend(
     rod: Rod, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array
 ) -> tuple[float, float]:
@@ -184,7 +184,7 @@ def _bend(
     return 0.5 * twice, pull
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _body(g: Array, i: int, f: Array, c: int) -> float:
     """Component c of half of Im(conj(g) f): the moment about the body of a derivative f in g."""
     if c == 0:
@@ -194,7 +194,7 @@ def _body(g: Array, i: int, f: Array, c: int) -> float:
     return 0.5 * (g[i, 0] * f[3] - g[i, 3] * f[0] - g[i, 1] * f[2] + g[i, 2] * f[1])
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> float:
     """Add an element's forces and moments to s.fr and s.fp, put its gaps in s.fn; elastic energy."""
     energy = 0.0
@@ -225,7 +225,7 @@ def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> fl
     return energy
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) -> float:
     """Residuals in s.fr, s.fp, s.fn, with inertial forces of `force` (nodes, 4) a mass; elastic energy."""
     energy = 0.0
@@ -239,7 +239,7 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
     return energy
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
     """Derivatives of (q, p) at a Gauss point by the rotations of the element's nodes, in s.columns."""
     for i in range(P + 1):
@@ -255,7 +255,7 @@ def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
             s.columns[r + 3, j], s.columns[r + 3, j + 1], s.columns[r + 3, j + 2] = -c, b, a
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impulsive: bool) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations (s.columns)."""
     local = s.local[e]
@@ -292,7 +292,7 @@ def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impul
                 local[TURN0 + 3 * i + c, row + b] = out[6 + 3 * i + c]
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _fill_turns(rod: Rod, s: Solver, e: int, k: int, g: Array) -> None:
     """Add a Gauss point's share of the second derivatives in the rotations to s.turns (lower triangle)."""
     weight, strip = rod.weights[e, k], s.columns.shape[1]
@@ -331,7 +331,7 @@ def _fill_turns(rod: Rod, s: Solver, e: int, k: int, g: Array) -> None:
             s.turns[c, c] -= 0.25 * weight * radial
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, impulsive: bool) -> None:
     """The lower triangle of an element's tangent in s.local[e]; sigma is d(force)/d(x) per mass.
 
@@ -371,7 +371,7 @@ def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, 
 # --- condensed solution --------------------------------------------------------------------------
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _eliminate(local: Array, pivots: Array) -> None:
     """L D L^T of the inside of an element, from its last row up, three rows at a time.
 
@@ -403,7 +403,7 @@ def _eliminate(local: Array, pivots: Array) -> None:
         k -= 3
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def factorise(s: Solver) -> None:
     """Eliminate the inside of every element in s.local, then the nodes between them in s.band."""
     elements = s.local.shape[0]
@@ -432,7 +432,7 @@ def factorise(s: Solver) -> None:
                     row[c] -= factor * above[c + d]
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Right-hand side of an element, its inside eliminated, in s.local_right[e]."""
     f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
@@ -465,7 +465,7 @@ def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
         k -= 3
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Increments of the inside of an element from those of its outside, into s.fr, s.fp, s.fn."""
     f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
@@ -495,7 +495,7 @@ def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
             s.fr[node, c] = -total * inverse
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def solve(rod: Rod, s: Solver, sigma: float) -> None:
     """Overwrite the residuals s.fr, s.fp, s.fn by the increments that would take them to 0."""
     elements = s.local.shape[0]
@@ -541,7 +541,7 @@ def solve(rod: Rod, s: Solver, sigma: float) -> None:
         s.fp[0, c] = s.fp[last, c] = 0.0
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     """g <- g exp(psi / 2) at node i, with psi = (a, b, c)."""
     square = 0.25 * (a * a + b * b + c * c)
@@ -564,7 +564,7 @@ def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scale * w1, scale * x1, scale * y1, scale * z1
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def twist(g0: Array, g: Array, i: int) -> float:
     """theta of node i: of conj(g0) g about the tangent, in (-pi, pi]."""
     w, x, y, z = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
@@ -573,7 +573,7 @@ def twist(g0: Array, g: Array, i: int) -> float:
     return 2.0 * math.atan2(across, along) if along >= 0.0 else 2.0 * math.atan2(-across, -along)
 
 
-@njit(**_options)
+@compiled(**OPTIONS)
 def clamp_moment(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
     """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha; overwrites residuals."""
     s.fp[0, 1] = 0.0

@@ -19,9 +19,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 ELASTICA, QUASILINEAR = 0, 1
@@ -135,7 +135,7 @@ class Scratch(NamedTuple):
 # --- banded LU with partial pivoting -------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def band_factor(band: Array, pivots: np.ndarray, n: int, width: int) -> None:
     """Overwrite band[i, j - i + width] = A[i, j] (n, 3 width + 1) by its LU with row exchanges.
 
@@ -174,7 +174,7 @@ def band_factor(band: Array, pivots: np.ndarray, n: int, width: int) -> None:
                     band[i, start + j] -= factor * band[k, width + j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def band_solve(band: Array, pivots: np.ndarray, n: int, width: int, x: Array) -> None:
     """Overwrite x (n,) by the solution, from the factors of `band_factor`."""
     for k in range(n):
@@ -217,7 +217,7 @@ def local_places(p: int) -> NDArray[np.int64]:
     return places
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def element_elastica(
     t: Tables, e: int, local: Array, q: Array, v: Array, a: Array, w: Array, b: float, g: float, nu: float
 ) -> None:
@@ -300,7 +300,7 @@ def element_elastica(
                     local[nz[k], nz[l]] += both * sin * sin
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def element_projection(
     t: Tables, e: int, local: Array, q: Array, rate: Array, w: Array, dw: Array, dead: Array, second: bool
 ) -> None:
@@ -376,7 +376,7 @@ def element_projection(
             local[nz[k], size] -= mode * turn_z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def condense(local: Array, p: int) -> None:
     """Eliminate the inner unknowns of an element; rows of bubbles and modes of n change places first."""
     size, outer, pairs = 5 * p + 3, p + 7, 2 * (p - 1)
@@ -397,7 +397,7 @@ def condense(local: Array, p: int) -> None:
                 local[i, size] -= factor * right
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def scatter(local: Array, p: int, e: int, elements: int, band: Array, right: Array) -> None:
     """Add a condensed element to the global band; the clamped dofs are left out."""
     outer, stride, width = p + 7, p + 4, p + 6
@@ -414,7 +414,7 @@ def scatter(local: Array, p: int, e: int, elements: int, band: Array, right: Arr
                     band[row, column - row + width] += local[i, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def expand(local: Array, p: int, e: int, elements: int, x: Array, y: Array) -> None:
     """Increments y (5 p + 3,) of an element's unknowns from the global solution x."""
     outer, stride = p + 7, p + 4
@@ -432,7 +432,7 @@ def expand(local: Array, p: int, e: int, elements: int, x: Array, y: Array) -> N
         y[k] = value / local[k, k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _collect(t: Tables, s: Scratch, dq: Array, dw: Array) -> None:
     """Solve the assembled and condensed system of the elastica; increments of q and w in dq, dw."""
     elements, p = t.dx.shape
@@ -455,7 +455,7 @@ def _collect(t: Tables, s: Scratch, dq: Array, dw: Array) -> None:
             dw[base + p + k] = y[nz[k]]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _clear(s: Scratch, n: int, width: int) -> None:
     for i in range(n):
         s.right[i] = 0.0
@@ -463,7 +463,7 @@ def _clear(s: Scratch, n: int, width: int) -> None:
             s.band[i, d] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def newton_elastica(
     t: Tables,
     s: Scratch,
@@ -508,7 +508,7 @@ def newton_elastica(
     return -NEWTON_LIMIT
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def project_elastica(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, spin: float, nu: float
 ) -> float:
@@ -554,7 +554,7 @@ def project_elastica(
     return impulse
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def measure_elastica(t: Tables, v: Array, w: Array, out: Array) -> None:
     """Kinetic energy, elastic energy, moment on the clamp and mean compressive force, in `out`."""
     elements, p = t.dx.shape
@@ -590,7 +590,7 @@ def measure_elastica(t: Tables, v: Array, w: Array, out: Array) -> None:
 # --- quasi-linear beam ---------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def multiply(band: Array, x: Array, y: Array) -> None:
     """y = A x for a symmetric band[i, d] = A[i + d, i]."""
     n, width = band.shape
@@ -602,7 +602,7 @@ def multiply(band: Array, x: Array, y: Array) -> None:
             y[i] += band[i, d] * x[i + d]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _bordered(s: Scratch, n: int, row: Array, right: Array, last: float) -> float:
     """Solve [[A, row], [row, 0]] (x, y) = (right, last); x in `right`, y returned.
 
@@ -630,7 +630,7 @@ def _bordered(s: Scratch, n: int, row: Array, right: Array, last: float) -> floa
     return first + second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def newton_quasilinear(
     t: Tables,
     s: Scratch,
@@ -690,7 +690,7 @@ def newton_quasilinear(
     return -NEWTON_LIMIT
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def project_quasilinear(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, spin: float, nu: float
 ) -> float:
@@ -742,7 +742,7 @@ def project_quasilinear(
     return impulse
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def measure_quasilinear(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float, out: Array
 ) -> None:
@@ -767,7 +767,7 @@ def measure_quasilinear(
 # --- stepping ------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _solve(
     t: Tables, s: Scratch, b: float, g: float, angle: float, spin: float, nu: float, tolerance: float
 ) -> int:
@@ -786,14 +786,14 @@ def _solve(
     return newton_elastica(t, s, s.q, s.v, s.a, s.w, b, g, nu, tolerance)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _project(t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, spin: float, nu: float) -> float:
     if t.kind == QUASILINEAR:
         return project_quasilinear(t, s, q, v, a, w, t.clamp * spin, nu)
     return project_elastica(t, s, q, v, a, w, t.clamp * spin, nu)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _measure(t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float, out: Array) -> None:
     if t.kind == QUASILINEAR:
         measure_quasilinear(t, s, q, v, a, w, nu, out)
@@ -801,7 +801,7 @@ def _measure(t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: 
         measure_elastica(t, v, w, out)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     """The next step: never past the end of the phase, and no sliver of a step left before it."""
     h = clock[STEP]
@@ -816,7 +816,7 @@ def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     return 0.5 * rest if rest < 2.0 * h else h
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def run(
     t: Tables,
     m: Scheme,
@@ -1017,7 +1017,7 @@ def run(
             clock[KINK] = 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _record(
     t: Tables,
     ramp: Ramp,
