@@ -268,7 +268,7 @@ class Run:
         )
         self.constants = kernels.Rod(rod.stiffness, rod.rest, rod.stretch, rod.inertia, rod.arclength)
         gradient = statics.assemble(state, second=False)[1]
-        self.clock[kernels.POWER] = kernels._moment(self.constants, gradient, 0.0)
+        self.clock[kernels.POWER] = kernels.clamp_moment(self.constants, gradient, 0.0)
         # adaptive runs start with a step far below any period and grow
         self.clock[kernels.STEP] = policy.step or 1e-4
         if velocity is not None:
@@ -291,7 +291,7 @@ class Run:
     def go(self, ramp: kernels.Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         rows, x, m1 = self._room()
-        kernels._record(self.constants, self.motion, self.scratch, ramp, rows, x, m1)
+        kernels.record(self.constants, self.motion, self.scratch, ramp, rows, x, m1)
         while True:
             status = kernels.run(
                 self.constants, self.motion, self.scratch, ramp, self.policy, self.every, rows, x, m1

@@ -9,7 +9,7 @@ from ribbonfem.continuation import equilibrium
 from ribbonfem.elements.legendre import DEGREE
 from ribbonfem.policy import PolicyError
 from ribbonfem.results import SolverError
-from ribbonfem.stepping import beam_kernels as kernels
+from ribbonfem.stepping import kernels
 from ribbonfem.stepping.newmark import _scratch
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import root
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.continuation import Steps, first_point, trace
-from ribbonfem.kirchhoff import kernels
+from ribbonfem.kirchhoff.kernels import statics as kernels
 from ribbonfem.kirchhoff.problem import Clamps, Frames, Statics
 from ribbonfem.kirchhoff.states import named
 from ribbonfem.policy import PolicyError

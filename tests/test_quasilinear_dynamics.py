@@ -7,7 +7,7 @@ import pytest
 
 from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.continuation import equilibrium
-from ribbonfem.stepping import beam_kernels as kernels
+from ribbonfem.stepping import kernels
 from ribbonfem.stepping.newmark import _scratch
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)

@@ -8,7 +8,7 @@ from scipy.sparse.linalg import splu
 
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.results import Array
-from ribbonfem.stepping.beam_kernels import ELASTICA, Tables, element_elastica, local_places
+from ribbonfem.stepping.kernels import ELASTICA, Tables, element_elastica, local_places
 
 from .problem import Statics, _State
 

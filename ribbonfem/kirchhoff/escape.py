@@ -11,7 +11,8 @@ from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.newmark import Control
 
-from . import arrays, states
+from . import states
+from .kernels import arrays
 from .motion import TOLERANCE, UNTIL, at_rest, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh
 

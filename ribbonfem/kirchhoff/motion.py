@@ -34,7 +34,7 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.beam_kernels import Scheme
+from ribbonfem.stepping.kernels import Scheme
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.stepping.newmark import (
     LARGEST_TURN,
@@ -45,7 +45,8 @@ from ribbonfem.stepping.newmark import (
 )
 from ribbonfem.values import handed_over
 
-from . import arrays, loop, plane, states, tangent
+from . import plane, states
+from .kernels import arrays, condensed, loop, tangent
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -205,7 +206,7 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     memory = tangent.solver(len(rod.weights))
     for e in range(len(rod.weights)):
         tangent.fill_element(rod, memory, e, start.g, start.n, SHIFT, False)
-    tangent.factorise(memory)
+    condensed.factorise(memory)
     inertia = rod.inertia[1:-1].ravel()
 
     def solve(right: Array) -> Array:
@@ -214,7 +215,7 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
         memory.fr[1:-1], memory.fp[1:-1] = -load[:, :3], 0.0
         memory.fp[1:-1, 0] = -load[:, 3]
         memory.fn[:] = 0.0
-        tangent.solve(rod, memory, SHIFT)
+        condensed.solve(rod, memory, SHIFT)
         return np.column_stack((memory.fr[1:-1], memory.fp[1:-1, 0])).ravel()
 
     squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)

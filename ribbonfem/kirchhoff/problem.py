@@ -27,7 +27,7 @@ from ribbonfem.policy import PolicyError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
-from . import kernels
+from .kernels import statics as kernels
 
 # Fold angles converge with the tenth power of the mesh; lower degrees are slower at equal error.
 DEGREE = 5

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ribbonfem.results import Array
-from ribbonfem.stepping.beam_kernels import QUASILINEAR, Tables
+from ribbonfem.stepping.kernels import QUASILINEAR, Tables
 
 from .problem import Statics
 

@@ -1,7 +1,7 @@
 """Time stepping of the planar beams: Newmark, generalised-alpha, and Runge-Kutta methods (`tableaus`).
 
 The semi-discrete beams are differential-algebraic: the dofs q carry mass, the others follow
-from equilibrium and from the constraints at the same instant (`beam_kernels`).  Every method
+from equilibrium and from the constraints at the same instant (`kernels`).  Every method
 is written for the positions, and its stages solve position, moments and constraints together,
 so that no length drifts.
 
@@ -32,7 +32,7 @@ from ribbonfem.results import DEPARTED, Array
 from ribbonfem.scene import Scene, shown
 from ribbonfem.tableaus import Tableau
 
-from . import beam_kernels as kernels
+from . import kernels
 from .motion import Motion
 
 METHODS = (*tableaus.TABLEAUS, "generalised-alpha", "newmark")

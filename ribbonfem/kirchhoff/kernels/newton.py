@@ -15,8 +15,10 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Ramp, Scratch
+from .condensed import factorise, solve
 from .consistent import tangents
-from .tangent import OPTIONS, P, Rod, Solver, factorise, fill_element, residual, rotate, solve, twist
+from .rotations import rotate, twist
+from .tangent import OPTIONS, P, Rod, Solver, fill_element, residual
 
 NEWTON_LIMIT = 20
 # relative change of 1 / (step)^2 for which factors are kept

@@ -6,6 +6,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import SIGMA, Motion, Ramp, Scratch
+from .condensed import factorise, solve
 from .tangent import (
     OPTIONS,
     STIFF,
@@ -15,10 +16,8 @@ from .tangent import (
     _bend,
     _body,
     _interpolate,
-    factorise,
     fill_element,
     residual,
-    solve,
 )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
-from ribbonfem.stepping.beam_kernels import DIRK, ONE_STAGE, Scheme
+from ribbonfem.stepping.kernels.arrays import DIRK, ONE_STAGE, Scheme
 
 from .arrays import (
     AFTER,

@@ -9,8 +9,6 @@ interpolated and normalised: rotating every node rotates the element, and with a
 taken from g / |g| itself nothing locks.  At a Gauss point the energy is a function of the
 interpolated q and p = q' alone, and everything follows from its derivatives in these eight
 numbers.
-
-One file, because numba's cache does not see a change in another one.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ from ribbonfem.results import Array
 
 
 @compiled()
-def _point(
+def point(
     q: Array,
     p: Array,
     force: Array,
@@ -197,7 +195,7 @@ def assemble(
                 for r in range(4):
                     q[r] += value[k, i] * g[first + i, r]
                     p[r] += slope[e, k, i] * g[first + i, r]
-            _point(q, p, force, stiff, soft, gq, gp, hess, tangent, dt)
+            point(q, p, force, stiff, soft, gq, gp, hess, tangent, dt)
             weight = weights[e, k]
             pull = 0.0
             for b in range(3):

@@ -1,0 +1,92 @@
+"""Compiled kernels of the discrete elastic rod (paper, section 3.2).
+
+A rod has N nodes and N - 1 edges.  Unknowns are interleaved node by node, four a node:
+``q = [x_0, theta^0, x_1, theta^1, ...]``, so that a node's energy couples 11 consecutive
+unknowns and the Hessian has a half-bandwidth of 10.  The last angle does not exist; its slot is
+kept to make all rows alike.
+
+The state of a rod is (x, m1, twist): positions (N, 3), the material director m1 (the surface
+normal) of each edge (N - 1, 3), and the twist angle at each node (N,), kept because an angle
+alone is known up to full turns only.  Directors are moved by parallel transport in time, and
+m2 = t x m1 points along the width, so that bending about m1 is the stiff one.  Angles theta are
+therefore increments: a variation of x leaves the frames parallel (Bergou et al. 2010).
+
+Units: lengths L, energies EI2/L.  ``rod`` holds the stiffnesses: (EI1, EI2, GJ) over EI2,
+``rest`` the rest length of an edge, ``stretch`` (N - 1,) the stretching stiffness EA of each
+edge times its share of the length (0 for the clamped ones).
+"""
+
+from .arrays import (
+    ASSEMBLIES,
+    CLOCK_SIZE,
+    DISCRETE_GRADIENT,
+    DONE,
+    FULL,
+    GENERALISED_ALPHA,
+    IMPLICIT_EULER,
+    ITERATIONS,
+    MIDPOINT,
+    NEWMARK,
+    POWER,
+    REJECTED,
+    ROW,
+    ROW_SIZE,
+    ROW_TIME,
+    RUNGE_KUTTA,
+    STEP,
+    STEPS,
+    STUCK,
+    TIME,
+    VERLET,
+    Motion,
+    Policy,
+    Ramp,
+    Rod,
+    Scratch,
+)
+from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
+from .energy import assemble
+from .frames import carry, edges
+from .loop import record, run
+from .steps import clamp_moment
+
+__all__ = [
+    "ASSEMBLIES",
+    "CLOCK_SIZE",
+    "DISCRETE_GRADIENT",
+    "DONE",
+    "FIRST",
+    "FULL",
+    "GENERALISED_ALPHA",
+    "IMPLICIT_EULER",
+    "ITERATIONS",
+    "MIDPOINT",
+    "NEWMARK",
+    "POWER",
+    "REJECTED",
+    "ROW",
+    "ROW_SIZE",
+    "ROW_TIME",
+    "RUNGE_KUTTA",
+    "STEP",
+    "STEPS",
+    "STUCK",
+    "TIME",
+    "VERLET",
+    "WIDTH",
+    "Motion",
+    "Policy",
+    "Ramp",
+    "Rod",
+    "Scratch",
+    "assemble",
+    "carry",
+    "clamp_moment",
+    "edges",
+    "factor",
+    "multiply",
+    "record",
+    "run",
+    "solve",
+    "solve_refined",
+]

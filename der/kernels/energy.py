@@ -1,0 +1,183 @@
+"""Energies of a discrete elastic rod, their gradient and Hessian."""
+
+from __future__ import annotations
+
+from ribbonfem.compiled.decorator import compiled
+
+from .frames import OPTIONS, cross, dot, mix, triple
+
+
+@compiled(**OPTIONS)
+def assemble(
+    tangent, inverse, m1, twist, stiffness, rest, stretch, gradient, hessian, energies, second, nodes
+):
+    """Energy and its first and second derivatives, from the edges and directors of a configuration.
+
+    Writes gradient (4 N,), hessian (4 N + 10, 11) with hessian[i, d] = H[i + d, i], and
+    energies (3,): stretching, bending, twisting.  The Hessian is the symmetric part of the
+    derivative of the gradient; what is left out is the holonomy of the frames times dE/dtheta,
+    which vanishes in equilibrium.  Without `second` the Hessian is not touched.  Only the terms
+    of the first `nodes` nodes are summed: 4 suffice for the reaction of the left clamp.
+    """
+    gradient[: 4 * nodes] = 0.0
+    if second:
+        hessian[:] = 0.0
+    bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
+    stretching = bending = twisting = 0.0
+
+    te, ie = triple(tangent, 0), inverse[0]
+    m1e = triple(m1, 0)
+    m2e = cross(te, m1e)
+    for i in range(1, nodes - 1):
+        tf, i_f = triple(tangent, i), inverse[i]
+        m1f = triple(m1, i)
+        m2f = cross(tf, m1f)
+        chi = 1.0 + dot(te, tf)
+        ix = 1.0 / chi
+        kb = cross(te, tf)
+        kb = (2.0 * ix * kb[0], 2.0 * ix * kb[1], 2.0 * ix * kb[2])
+        tt = mix(te, ix, tf, ix)
+        n1 = mix(m1e, ix, m1f, ix)
+        n2 = mix(m2e, ix, m2f, ix)
+        kappa_1 = 0.5 * chi * dot(kb, n1)
+        kappa_2 = 0.5 * chi * dot(kb, n2)
+        a1, a2, at = bend_1 * kappa_1, bend_2 * kappa_2, turn * twist[i]
+        bending += 0.5 * (a1 * kappa_1 + a2 * kappa_2)
+        twisting += 0.5 * at * twist[i]
+        p1, p2 = cross(tf, n1), cross(tf, n2)
+        q1, q2 = cross(te, n1), cross(te, n2)
+        # derivatives of the curvatures in the two edge vectors and the two angles
+        g1e = (ie * (p1[0] - kappa_1 * tt[0]), ie * (p1[1] - kappa_1 * tt[1]), ie * (p1[2] - kappa_1 * tt[2]))
+        g2e = (ie * (p2[0] - kappa_2 * tt[0]), ie * (p2[1] - kappa_2 * tt[1]), ie * (p2[2] - kappa_2 * tt[2]))
+        g1f = (
+            -i_f * (q1[0] + kappa_1 * tt[0]),
+            -i_f * (q1[1] + kappa_1 * tt[1]),
+            -i_f * (q1[2] + kappa_1 * tt[2]),
+        )
+        g2f = (
+            -i_f * (q2[0] + kappa_2 * tt[0]),
+            -i_f * (q2[1] + kappa_2 * tt[1]),
+            -i_f * (q2[2] + kappa_2 * tt[2]),
+        )
+        k1e, k2e = 0.5 * dot(kb, m2e), -0.5 * dot(kb, m1e)
+        k1f, k2f = 0.5 * dot(kb, m2f), -0.5 * dot(kb, m1f)
+
+        b = 4 * (i - 1)
+        half_e, half_f = 0.5 * at * ie, 0.5 * at * i_f
+        for c in range(3):
+            de = a1 * g1e[c] + a2 * g2e[c] + half_e * kb[c]
+            df = a1 * g1f[c] + a2 * g2f[c] + half_f * kb[c]
+            gradient[b + c] -= de
+            gradient[b + 4 + c] += de - df
+            gradient[b + 8 + c] += df
+        gradient[b + 3] += a1 * k1e + a2 * k2e - at
+        gradient[b + 7] += a1 * k1f + a2 * k2f + at
+
+        # the edge after the node also carries its stretching
+        along = across = 0.0
+        if stretch[i] > 0.0:
+            strain = 1.0 / (i_f * rest) - 1.0
+            force = stretch[i] / rest * strain
+            stretching += 0.5 * stretch[i] * strain * strain
+            for c in range(3):
+                gradient[b + 4 + c] -= force * tf[c]
+                gradient[b + 8 + c] += force * tf[c]
+            across = force * i_f
+            along = stretch[i] / (rest * rest) - across
+
+        if second:
+            de_ = mix(m1e, a1, m2e, a2)
+            df_ = mix(m1f, a1, m2f, a2)
+            c = a1 * kappa_1 + a2 * kappa_2
+            cx = c * ix
+            u = mix(tt, c, mix(p1, a1, p2, a2), -1.0)
+            w = mix(tt, c, mix(q1, a1, q2, a2), 1.0)
+            ve = mix(mix(de_, 0.25, kb, 0.125 * turn), 1.0, mix(te, 1.0, tt, 1.0), -0.25 * at)
+            vf = mix(mix(df_, 0.25, kb, 0.125 * turn), 1.0, mix(tf, 1.0, tt, 1.0), -0.25 * at)
+            # skew part of the mixed block: [z]x
+            z = mix(mix(de_, ix, df_, ix), -1.0, tt, 0.5 * at)
+            kv = mix(kb, 0.25 * turn, tt, -0.25 * at)
+            ee, ef, ff = ie * ie, ie * i_f, i_f * i_f
+            b1e = (bend_1 * g1e[0], bend_1 * g1e[1], bend_1 * g1e[2])
+            b2e = (bend_2 * g2e[0], bend_2 * g2e[1], bend_2 * g2e[2])
+            b1f = (bend_1 * g1f[0], bend_1 * g1f[1], bend_1 * g1f[2])
+            b2f = (bend_2 * g2f[0], bend_2 * g2f[1], bend_2 * g2f[2])
+            skew = ((0.0, -z[2], z[1]), (z[2], 0.0, -z[0]), (-z[1], z[0], 0.0))
+            for r in range(3):
+                for s in range(3):
+                    mixed = (
+                        ef
+                        * (
+                            tt[r] * w[s]
+                            + u[r] * tt[s]
+                            - cx * te[r] * tf[s]
+                            + kb[r] * kv[s]
+                            - 0.25 * at * tt[r] * kb[s]
+                            + skew[r][s]
+                        )
+                        + b1e[r] * g1f[s]
+                        + b2e[r] * g2f[s]
+                    )
+                    if r == s:
+                        mixed -= ef * cx
+                    # x_(i-1) with x_(i+1)
+                    hessian[b + r, 8 + s - r] -= mixed
+                    # x_(i-1) with x_i
+                    hessian[b + r, 4 + s - r] += mixed
+                    # x_i with x_(i+1)
+                    hessian[b + 4 + r, 4 + s - r] += mixed
+                    # x_i with itself: minus the mixed block and its transpose, lower triangle
+                    if r >= s:
+                        hessian[b + 4 + s, r - s] -= mixed
+                    if s >= r:
+                        hessian[b + 4 + r, s - r] -= mixed
+                for s in range(r + 1):
+                    left = (
+                        ee
+                        * (tt[r] * u[s] + u[r] * tt[s] + kb[r] * ve[s] + ve[r] * kb[s] + cx * te[r] * te[s])
+                        + b1e[r] * g1e[s]
+                        + b2e[r] * g2e[s]
+                    )
+                    right = (
+                        ff
+                        * (tt[r] * w[s] + w[r] * tt[s] + kb[r] * vf[s] + vf[r] * kb[s] + cx * tf[r] * tf[s])
+                        + b1f[r] * g1f[s]
+                        + b2f[r] * g2f[s]
+                        + along * tf[r] * tf[s]
+                    )
+                    if r == s:
+                        left -= ee * cx
+                        right += across - ff * cx
+                    hessian[b + s, r - s] += left
+                    hessian[b + 4 + s, r - s] += left + right
+                    hessian[b + 8 + s, r - s] += right
+                    hessian[b + s, 4 + r - s] -= left
+                    hessian[b + 4 + s, 4 + r - s] -= right
+                    if r != s:
+                        hessian[b + r, 4 + s - r] -= left
+                        hessian[b + 4 + r, 4 + s - r] -= right
+            # angles
+            le = mix(m2e, a1, m1e, -a2)
+            lf = mix(m2f, a1, m1f, -a2)
+            he, hf = 0.5 * dot(kb, le), 0.5 * dot(kb, lf)
+            fe, ff_ = cross(tf, le), cross(tf, lf)
+            ge, gf = cross(te, le), cross(te, lf)
+            for r in range(3):
+                half = 0.5 * turn * kb[r]
+                ee_ = ie * (ix * fe[r] - he * tt[r] - half) + b1e[r] * k1e + b2e[r] * k2e
+                ef_ = ie * (ix * ff_[r] - hf * tt[r] + half) + b1e[r] * k1f + b2e[r] * k2f
+                fe_ = -i_f * (ix * ge[r] + he * tt[r] + half) + b1f[r] * k1e + b2f[r] * k2e
+                fff = -i_f * (ix * gf[r] + hf * tt[r] - half) + b1f[r] * k1f + b2f[r] * k2f
+                hessian[b + r, 3 - r] -= ee_
+                hessian[b + 3, 1 + r] += ee_ - fe_
+                hessian[b + 3, 5 + r] += fe_
+                hessian[b + r, 7 - r] -= ef_
+                hessian[b + 4 + r, 3 - r] += ef_ - fff
+                hessian[b + 7, 1 + r] += fff
+            hessian[b + 3, 0] += bend_1 * k1e * k1e + bend_2 * k2e * k2e + turn - 0.5 * dot(kb, de_)
+            hessian[b + 7, 0] += bend_1 * k1f * k1f + bend_2 * k2f * k2f + turn - 0.5 * dot(kb, df_)
+            hessian[b + 3, 4] += bend_1 * k1e * k1f + bend_2 * k2e * k2f - turn
+        te, ie, m1e, m2e = tf, i_f, m1f, m2f
+    energies[0] = stretching
+    energies[1] = bending
+    energies[2] = twisting

@@ -1,0 +1,103 @@
+"""Edges of a discrete elastic rod, and the frames that they carry."""
+
+from __future__ import annotations
+
+import math
+
+from ribbonfem.compiled.decorator import compiled
+
+# of all kernels of the rods
+OPTIONS = {"fastmath": {"contract"}, "error_model": "numpy"}
+
+
+@compiled(**OPTIONS)
+def cross(a, b):
+    """a x b, of triples."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@compiled(**OPTIONS)
+def dot(a, b):
+    """a . b, of triples."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled(**OPTIONS)
+def mix(a, p, b, q):
+    """p a + q b."""
+    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
+
+
+@compiled(**OPTIONS)
+def triple(array, i):
+    """Row i of an array."""
+    return (array[i, 0], array[i, 1], array[i, 2])
+
+
+@compiled(**OPTIONS)
+def edges(x, tangent, inverse):
+    """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
+    for i in range(tangent.shape[0]):
+        e = mix(triple(x, i + 1), 1.0, triple(x, i), -1.0)
+        length = 1.0 / math.sqrt(dot(e, e))
+        inverse[i] = length
+        tangent[i, 0], tangent[i, 1], tangent[i, 2] = e[0] * length, e[1] * length, e[2] * length
+
+
+@compiled(**OPTIONS)
+def _turned(m, t, angle):
+    """m, normal to t, turned about t."""
+    square = angle * angle
+    if square < 2.5e-3:
+        # series to rounding: an angle of a step is small, and the library's functions are not cheap
+        c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)))
+        s = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0))))
+    else:
+        c, s = math.cos(angle), math.sin(angle)
+    return mix(m, c, cross(t, m), s)
+
+
+@compiled(**OPTIONS)
+def _angle_of(y, x):
+    """atan2(y, x), by its series where y is small."""
+    if x > 0.0 and abs(y) < 0.1 * x:
+        z = y / x
+        w = z * z
+        series = 1.0 / 9.0 - w * (1.0 / 11.0 - w * (1.0 / 13.0))
+        return z * (1.0 - w * (1.0 / 3.0 - w * (1.0 / 5.0 - w * (1.0 / 7.0 - w * series))))
+    return math.atan2(y, x)
+
+
+@compiled(**OPTIONS)
+def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
+    """Carry the directors from one configuration's tangents to another's.
+
+    Each m1 is transported parallel from the old tangent of its edge to the new one and then
+    turned by `turn` (N,) about it; the twist is measured anew and kept on the turn nearest to
+    the old one.  Writes m1 and twist; they may be the old arrays.
+    """
+    before = (0.0, 0.0, 0.0)
+    director = (0.0, 0.0, 0.0)
+    for i in range(m1.shape[0]):
+        old, new = triple(tangent_old, i), triple(tangent, i)
+        m = triple(m1_old, i)
+        m = mix(m, 1.0, mix(old, 1.0, new, 1.0), -dot(m, new) / (1.0 + dot(old, new)))
+        m = _turned(m, new, turn[i])
+        # back onto the normal plane and to unit length: a Newton step, since it is off by rounding
+        m = mix(m, 1.0, new, -dot(m, new))
+        m = mix(m, 1.5 - 0.5 * dot(m, m), m, 0.0)
+        if i > 0:
+            # m1 of the edge before, transported in space onto this edge
+            both = mix(before, 1.0, new, 1.0)
+            moved = mix(director, 1.0, both, -dot(director, new) / (1.0 + dot(before, new)))
+            angle = _angle_of(-dot(moved, cross(new, m)), dot(moved, m))
+            off = twist_old[i] - angle
+            if abs(off) > math.pi:
+                angle += 2.0 * math.pi * round(off / (2.0 * math.pi))
+            twist[i] = angle
+        m1[i, 0], m1[i, 1], m1[i, 2] = m
+        before, director = new, m

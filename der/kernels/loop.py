@@ -1,0 +1,171 @@
+"""The time loop of the rods: control of steps, rows."""
+
+from __future__ import annotations
+
+import math
+
+from ribbonfem.compiled.decorator import compiled
+
+from .arrays import (
+    AFTER,
+    BLOWN,
+    CARRY,
+    CREEP,
+    DEPARTED,
+    DISSIPATED,
+    DONE,
+    EFFORT,
+    FULL,
+    GROWTH,
+    ITERATIONS,
+    REJECTED,
+    ROW,
+    ROW_ANGLE,
+    ROW_DISSIPATED,
+    ROW_ELASTIC,
+    ROW_HEIGHT,
+    ROW_KINETIC,
+    ROW_LOAD,
+    ROW_SLOPE,
+    ROW_TIME,
+    ROW_WORK,
+    SIDE,
+    SINCE,
+    START,
+    STEP,
+    STEPS,
+    STUCK,
+    TIME,
+    WORK,
+)
+from .band import FIRST
+from .frames import OPTIONS, dot, edges, mix, triple
+from .steps import accept, attempt, clamp_angle, largest_move, sum_up
+
+
+@compiled(**OPTIONS)
+def record(rod, motion, s, ramp, rows, row_x, row_m1):
+    """Write the next row; configurations only if there is room for them.  True if the energy has blown up."""
+    nodes = motion.x.shape[0]
+    clock, row = motion.clock, int(motion.clock[ROW])
+    edges(motion.x, s.tangent, s.inverse)
+    sum_up(rod, motion.m1, motion.twist, s, False, nodes)
+    kinetic = 0.0
+    for i in range(FIRST, 4 * nodes - 8):
+        kinetic += 0.5 * rod.inertia[i] * motion.v[i] * motion.v[i]
+    half = (nodes - 1) // 2
+    height, slope = motion.x[half, 2], s.tangent[half, 2]
+    if nodes % 2:
+        both = mix(triple(s.tangent, half - 1), 1.0, triple(s.tangent, half), 1.0)
+        slope = both[2] / math.sqrt(dot(both, both))
+    else:
+        x = motion.x
+        height = 0.5625 * (x[half, 2] + x[half + 1, 2]) - 0.0625 * (x[half - 1, 2] + x[half + 2, 2])
+    rows[row, ROW_TIME] = clock[TIME]
+    rows[row, ROW_ANGLE] = clamp_angle(ramp, clock[TIME])
+    rows[row, ROW_HEIGHT] = height
+    rows[row, ROW_SLOPE] = slope
+    rows[row, ROW_KINETIC] = kinetic
+    rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
+    rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
+    rows[row, ROW_WORK] = clock[WORK]
+    # the compressive force along x, averaged over the free edges
+    force, load = 0.0, 0.0
+    for i in range(nodes - 1, 1, -1):
+        force += s.gradient[4 * i]
+        if i < nodes - 1:
+            load -= force
+    rows[row, ROW_LOAD] = load / (nodes - 3)
+    if row < row_x.shape[0]:
+        row_x[row] = motion.x
+        row_m1[row] = motion.m1
+    clock[ROW] += 1.0
+    held = kinetic + rows[row, ROW_ELASTIC] - clock[WORK]
+    if clock[STEPS] == 0.0:
+        clock[START] = held
+    # Energy from nowhere: what follows would be no motion of this ribbon.  What the damping took is
+    # left out of the balance: long steps do not resolve it, and it can only make room.
+    return not held - clock[START] <= GROWTH * (clock[START] + clock[EFFORT])
+
+
+@compiled(**OPTIONS)
+def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
+    """Step until the end of the ramp and its hold, until decided or snapped (DONE), until the rows are full
+    (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
+
+    All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every
+    `every`-th accepted step and the last one make a row.
+    """
+    nodes = motion.x.shape[0]
+    clock = motion.clock
+    kink = abs(ramp.stop / ramp.rate)
+    order = 1.0 / policy.power
+    while True:
+        if clock[ROW] >= rows.shape[0]:
+            return FULL
+        time = clock[TIME]
+        target = kink if time < kink else ramp.end
+        h = min(clock[STEP], policy.largest)
+        # half a rad at most: transport of frames needs neighbours
+        h = min(h, 0.5 / abs(ramp.rate)) if time < kink else h
+        # no sliver of a step is left: it would tell nothing, and spoil what is interpolated over it
+        landing = target - time <= h * (1.0 + (1e-6 if policy.step > 0.0 else 1e-3))
+        if landing:
+            h = target - time
+        count, error = attempt(rod, motion, s, ramp, policy, h)
+        clock[ITERATIONS] += abs(count)
+        failed = count < 0
+        if policy.step > 0.0:
+            error = 0.0
+        else:
+            # Errors made while the ribbon creeps towards a fold add up and shift the snap; those
+            # made while it rings do not.  The error allowed shrinks with the speed.
+            speed = largest_move(s.v, FIRST, 4 * nodes - 8)
+            error /= min(1.0, max(0.01, CREEP * speed))
+            if not failed and not error <= policy.tolerance:
+                failed = True
+        if failed:
+            clock[REJECTED] += 1.0
+            if count < 0:
+                h *= 0.5
+            else:
+                h *= max(0.2, 0.9 * (policy.tolerance / error) ** order)
+            clock[STEP] = h
+            if h < policy.smallest:
+                return STUCK
+            continue
+        accept(rod, motion, s, ramp, policy, h)
+        # what rounding leaves of the sum of many equal steps is carried on: they are to land on the target
+        lost = h + clock[CARRY]
+        clock[TIME] = target if landing else time + lost
+        clock[CARRY] = 0.0 if landing else lost - (clock[TIME] - time)
+        clock[STEPS] += 1.0
+        clock[SINCE] += 1.0
+        if policy.step > 0.0:
+            # after a halving the step grows back to the one asked for; a landing does not count
+            clock[STEP] = min(policy.step, 2.0 * clock[STEP])
+        else:
+            growth = 2.5 if error == 0.0 else min(2.5, max(0.2, 0.9 * (policy.tolerance / error) ** order))
+            # a short step onto a kink says nothing of the steps that follow
+            clock[STEP] = max(h * growth, clock[STEP] if landing and growth > 1.0 else 0.0)
+        done = clock[TIME] >= ramp.end
+        if done or clock[SINCE] >= every:
+            clock[SINCE] = 0.0
+            if record(rod, motion, s, ramp, rows, row_x, row_m1):
+                return BLOWN
+            row = int(clock[ROW]) - 1
+            if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
+                return DONE
+            if ramp.snap:
+                if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
+                    clock[SIDE] = rows[row, ROW_HEIGHT]
+                # two rows on either side of the crossing: it is solved for on a cubic through them
+                crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
+                if clock[AFTER] > 0.0 or crossed:
+                    clock[AFTER] += 1.0
+                    if clock[AFTER] >= 2.0:
+                        return DONE
+        if done:
+            return DONE
+        if not math.isfinite(motion.v[FIRST]):
+            return STUCK

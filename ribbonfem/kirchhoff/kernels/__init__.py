@@ -1,0 +1,1 @@
+"""Compiled code of the Kirchhoff rod, at rest and in motion."""

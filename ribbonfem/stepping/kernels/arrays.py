@@ -1,0 +1,126 @@
+"""What the kernels of a beam are given: names of methods, places in arrays, tuples of arrays."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ribbonfem.compiled.decorator import compiled
+from ribbonfem.results import Array
+
+ELASTICA, QUASILINEAR = 0, 1
+ONE_STAGE, DIRK = 0, 1
+# what `run` returns
+DONE, FULL, STUCK, GREW = 0, 1, 2, 3
+# what `clock` holds
+TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
+REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY = range(8, 18)
+CLOCK_SIZE = 18
+# columns of `rows`
+ROW_SIZE = 8  # time, angle, height, kinetic, elastic, dissipated, work, load
+
+NEWTON_LIMIT = 10
+# part of the largest energy so far by which energy may grow without work: more is an unstable method
+GROWTH = 0.25
+
+
+class Tables(NamedTuple):
+    """A beam as arrays; those of the other beam are empty.
+
+    Elastica, per element and in the local order of scikit-fem (left hat, right hat, bubbles):
+    `value` (E, p + 1, p) and `force` (E, p, p) at the Gauss points with weights `dx` (E, p),
+    `bending`, `inertia` (E, p + 1, p + 1) and `coupling` int chi_i' N_k (E, p + 1, p), `dofs`
+    (E, p + 1), `places` as `local_places`, `compliance` c.  Quasi-linear: symmetric bands
+    [i, d] = A[i + d, i] of `stiffness`, `tension`, `mass` over all nodal values.  Both:
+    `clamp`, d(clamped dof)/d(alpha); `middle_dof`, `middle_weight`, the combination of q that
+    is the height at midspan.
+    """
+
+    kind: int
+    clamp: float
+    middle_dof: np.ndarray
+    middle_weight: Array
+    value: Array
+    force: Array
+    dx: Array
+    bending: Array
+    inertia: Array
+    coupling: Array
+    dofs: np.ndarray
+    places: np.ndarray
+    compliance: float
+    stiffness: Array
+    tension: Array
+    mass: Array
+
+
+class Scheme(NamedTuple):
+    """Coefficients of a method, or its tableau; see `newmark.Method`.
+
+    `power` is that of the step in the estimated error; the last row of `a` is the weights of the step.
+    """
+
+    kind: int
+    power: float
+    stages: int
+    a: Array
+    c: Array
+    error: Array
+    r0: float
+    r1: float
+    v0: float
+    v1: float
+    alpha_m: float
+    alpha_f: float
+    error0: float
+    error1: float
+    project: bool
+
+
+class Ramp(NamedTuple):
+    """The clamp's motion and the control of steps, in t* and rad."""
+
+    rate: float
+    stop: float
+    turned: float  # when the clamp stops
+    end: float
+    damping: float
+    fixed: float  # 0 if adaptive
+    tolerance: float
+    largest: float
+    newton: float
+    smallest: float
+    snap: bool  # whether to end soon after the height changes sign
+    departed: float  # from zero the height has to have been this far before it crosses it
+
+
+class Scratch(NamedTuple):
+    """Memory of the solvers, allocated once."""
+
+    band: Array
+    pivots: np.ndarray
+    right: Array
+    local: Array
+    qp: Array
+    vp: Array
+    q: Array
+    v: Array
+    a: Array
+    w: Array
+    a2: Array
+    v2: Array
+    clamp: Array
+    y: Array
+    y2: Array
+    stage_v: Array
+    stage_a: Array
+
+
+@compiled(error_model="numpy")
+def clear(s: Scratch, n: int, width: int) -> None:
+    """No band and no right-hand side yet."""
+    for i in range(n):
+        s.right[i] = 0.0
+        for d in range(2 * width + 1):
+            s.band[i, d] = 0.0
