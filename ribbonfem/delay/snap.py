@@ -20,6 +20,8 @@ QUANTITIES = ("snap", "first snap")
 # gamma y at which the first escape starts, a few percent off the leading order; and how much nearer the other
 _START, _APART = 0.06, 3.0
 _FARTHEST = 0.015
+# so many starts are tried, each nearer to the fold
+_ATTEMPTS = 3
 # factors of the terms left out (`ribbonfem.delay`), measured
 _SECOND, _REST, _INERTIAL, _RINGING = 4.0, 1.5, 0.25, 1.5
 
@@ -84,19 +86,33 @@ def _lead(
         refuse("fold", fold, f"the ramp meets {len(forms)} folds, counted from 0")
     fold = fold % len(forms)
     form = forms[fold]
-    found = []
     # beta stands for the next terms where gamma happens to vanish
     bend = max(abs(form.cubic), abs(form.mixed))
     highest = min(_START / bend, _FARTHEST * abs(form.quadratic))
-    for y in (highest, highest / _APART):
-        found.append((y, _from(model, scene, form, fold, quantity, y, given)))
-    (high, far), (low, near) = found
+
+    def escaped(damping: float, y: float) -> float:
+        return _from(model, replace(scene, damping=damping), form, fold, quantity, y, given)
+
+    (high, far), (low, near) = _pair(lambda y: escaped(scene.damping, y), highest)
     power = 1.0 + 0.5 / (1.0 + scene.damping**2 / low)
     remainder = (far - near) / (high**power - low**power)
     correction = remainder * low**power
-    free = _from(model, replace(scene, damping=0.0), form, fold, quantity, high, given)
+    free = escaped(0.0, high)
     lowest = float(model.frequencies(scene, count=1, **mesh)[0])
     return form, Lead(near - correction, abs(correction), remainder, power, 6.0 / free**2, lowest)
+
+
+def _pair(escaped: Callable[[float], float], highest: float) -> tuple[tuple[float, float], ...]:
+    """T0 from escapes that start at two y, the first as far out as a state is found there."""
+    for attempt in range(_ATTEMPTS):
+        first = highest / _APART**attempt
+        try:
+            return tuple((y, escaped(y)) for y in (first, first / _APART))
+        except SolverError as failed:
+            # a motion that does not snap would not from nearer either
+            if failed.history is not None or attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError("no attempt")
 
 
 def _from(
