@@ -7,11 +7,12 @@ import pytest
 import compare
 import der
 from compare.chooser import climb
-from compare.chooser.choice import FLAT, Choice, choose, stays_planar
+from compare.chooser.choice import FLAT, choose, stays_planar
 from compare.chooser.laws import Policy, beam_units, shipped
+from compare.chooser.plans import Known
 from compare.limits import limit_of
 from compare.questions import choices
-from ribbonfem import Ribbon, Scene, SceneError, elastica
+from ribbonfem import Ribbon, Scene, SceneError, elastica, kirchhoff
 from ribbonfem.delay import universal
 from ribbonfem.policy import PolicyError
 
@@ -254,7 +255,7 @@ def test_the_check_tells_a_miss_from_an_honest_failure(monkeypatch):
     assert choices.judge(scene, 1e-3).verdict == "met"
 
     def claim(value, estimate):
-        choice = Choice(scene, "snap", 1e-3, "prediction", {}, estimate, 0.0, "", value)
+        choice = Known(scene, "snap", 1e-3, "prediction", {}, estimate, 0.0, "", value)
         monkeypatch.setattr(choices, "choose", lambda *_: choice)
         return choices.judge(scene, 1e-3).verdict
 
@@ -262,6 +263,23 @@ def test_the_check_tells_a_miss_from_an_honest_failure(monkeypatch):
     assert claim(truth + 2e-3, 1e-2) == "told"
     monkeypatch.setattr(choices, "reference", lambda _: (truth, 1e-2))
     assert claim(truth + 2e-3, 1e-4) == "sensitive"
+
+
+def test_a_slow_ribbon_is_predicted():
+    scene = Scene(compression=0.40, shear=0.37, start="U+S+", rate=3e-3, damping=0.3)
+    chosen = choose(scene, 1e-4)
+    assert chosen.model == "folds"
+    found = chosen.run()
+    assert found.met
+    assert found.history is None
+    ramp = replace(scene, stop=found.value + 0.01)
+    run = kirchhoff.simulate(ramp, extensible=True, tolerance=1e-6, until="snap", configurations=False)
+    assert found.value == pytest.approx(run.crossing()[1], abs=found.error)
+    # its mirror image is as slow
+    other = choose(scene.mirror, 1e-4).run()
+    assert other.value == pytest.approx(-found.value, abs=1e-9)
+    # no prediction is as certain as that
+    assert choose(scene, 1e-9).model == "kirchhoff"
 
 
 @pytest.mark.slow

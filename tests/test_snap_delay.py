@@ -221,32 +221,44 @@ def test_refusals():
     assert math.isinf(delay.predict(elastica.normal_forms(PLANAR)[0], 0.1, 1.0).error)
 
 
+# each with its start and what is asked of it
+SYSTEMS = [
+    (quasilinear, "U+", "snap"),
+    (elastica, "U+", "snap"),
+    (kirchhoff, "U+", "snap"),
+    (kirchhoff, "U+S-", "snap"),
+    (kirchhoff, "U+S+", "first snap"),
+]
+
+
+def drawn(generator, start):
+    """A scene at random; its start need not be stable."""
+    compression = generator.uniform(0.1, 0.45)
+    thickness = 10 ** generator.uniform(math.log10(0.004), math.log10(0.02))
+    rate, damping = 10 ** generator.uniform(-4.0, 0.0), 10 ** generator.uniform(-3.0, 3.0)
+    shear = compression * generator.uniform(0.9, 1.1) if len(start) > 2 else 0.0
+    ribbon = Ribbon(thickness=thickness)
+    return Scene(compression=compression, shear=shear, start=start, rate=rate, damping=damping, ribbon=ribbon)
+
+
 @pytest.mark.slow
 def test_error_covers_random_scenes():
     """100 scenes: covered in 95 %, and by less than a factor of 5 in the median."""
     generator = np.random.default_rng(13)
     shares = []
     while len(shares) < 100:
-        compression = generator.uniform(0.1, 0.45)
-        thickness = 10 ** generator.uniform(math.log10(0.004), math.log10(0.02))
-        rate, damping = 10 ** generator.uniform(-4.0, 0.0), 10 ** generator.uniform(-3.0, 3.0)
-        kind = len(shares) % 4
-        model = (quasilinear, elastica, kirchhoff, kirchhoff)[kind]
-        scene = Scene(
-            compression=compression,
-            shear=compression * generator.uniform(0.9, 1.1) if kind == 3 else 0.0,
-            start="U+S-" if kind == 3 else "U+",
-            rate=rate,
-            damping=damping,
-            ribbon=Ribbon(thickness=thickness),
-        )
+        model, start, quantity = SYSTEMS[len(shares) % len(SYSTEMS)]
+        scene = drawn(generator, start)
         try:
-            form = model.normal_forms(scene)[0]
+            forms = model.normal_forms(scene)
         except ValueError:
-            # U+S- is not stable there
+            # the start is not stable there
             continue
-        found = delay.predict_snap(model, scene)
-        time = measured(model, scene, "snap", form, tolerance=1e-6)
+        if len(forms) < (2 if start == "U+S+" else 1):
+            continue
+        found = delay.predict_snap(model, scene, quantity)
+        # a slow ramp at 1e-6 is itself as far off as its prediction
+        time = measured(model, scene, quantity, forms[0], tolerance=1e-8)
         shares.append(found.error / abs(time - found.time))
     assert np.mean(np.array(shares) >= 1.0) >= 0.95
     assert 1.0 < np.median(shares) < 5.0

@@ -1,6 +1,6 @@
 """The cheapest model that will do: which to run for one number of a scene, how fine, and why.
 
-`choose` plans, from the measured laws of `compare.laws` and in a millisecond; `Choice.run` does it.
+`choose` plans, from the measured laws of `laws` and in a millisecond; `Choice.run` does it (`plans`).
 In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;
@@ -20,130 +20,26 @@ The reference of all errors is the ribbon as it is stated: in three dimensions a
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
-import der
-from ribbonfem import History, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
-from ribbonfem.delay import NormalForm
+from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
-from ribbonfem.results import Value
-from ribbonfem.values import html_table, short_policy
 
-from . import at_rest, climb, ladder
-from .climb import CROSSINGS, Run, endless
-from .laws import Laws, beam_units, shipped
+from . import climb, ladder, slow
+from .climb import CROSSINGS
+from .laws import Laws, shipped
+from .plans import AtRest, Beams, Choice, Elements, Known, OneBeam, Slow
 
 QUANTITIES = (*CROSSINGS, "fold")
 
 # Planar states are stable out of plane up to their fold, for dL/L up to the first number, if EI1/EI2 and
 # GJ/EI2 are at least the others: more stiffness only adds to the second variation.
 FLAT = (0.6, 20.0, 1.4)
-# what a prediction leaves to the fold of the finite elements, rad
-_STATIC = 1e-6
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
-# c a2 t*^4 of a ribbon's folds, typically
-_PRODUCT = 1.5e5
-# steps of a rod above which the ribbon's folds are cheaper than a run, and CPU seconds of the folds
-_LONG, _FOLDS_SECONDS = 1.5e4, 1.0
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class Answer(Value):
-    """One number of a scene, and what may be wrong with it.
-
-    Attributes
-    ----------
-    value: rad; None where the ribbon does not snap.
-    error: estimated, rad.
-    met: whether `error` is within the tolerance asked for.
-    sensitive: refinement does not settle the value: no single run decides it.
-    seconds: CPU, of all runs.
-    runs: what was run, in order; empty where a prediction was enough.
-    history: of the finest run, or None.
-    """
-
-    value: float | None
-    error: float
-    met: bool
-    sensitive: bool
-    seconds: float
-    runs: tuple[Run, ...]
-    history: History | None
-
-    def __repr__(self) -> str:
-        found = "no such instant" if self.value is None else f"{self.value:.9g} rad"
-        kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
-        return f"Answer({found}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
-
-    def _repr_html_(self) -> str:
-        rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]
-        return html_table(repr(self), ("model", "policy", "angle (rad)", "CPU s"), rows)
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class Choice(Value):
-    """The cheapest way to a number that meets a tolerance.
-
-    Attributes
-    ----------
-    scene, quantity, tolerance, motion: what was asked.
-    model: "prediction" (no run), "quasilinear", "elastica", "kirchhoff" or "folds" (a ribbon's fold and
-        its predicted delay).
-    policy: of the run, or of the first of several.
-    estimate: expected error, rad.
-    seconds: expected CPU seconds, on the machine that measured the laws.
-    reason: in words.
-    value: of a prediction, rad or None; None for all else.
-    """
-
-    scene: Scene
-    quantity: str
-    tolerance: float
-    model: str
-    policy: Mapping[str, Any]
-    estimate: float
-    seconds: float
-    reason: str
-    value: float | None = None
-    motion: bool = False
-
-    def __repr__(self) -> str:
-        value = "" if self.value is None else f", {self.value:.9g} rad"
-        return (
-            f"Choice({self.model!r}{value} for {self.quantity!r} to {self.tolerance:g} rad; expected error "
-            f"{self.estimate:.1e}, {self.seconds:.2g} s;\n  {self.reason})"
-        )
-
-    def run(self) -> Answer:
-        """Do what was chosen.
-
-        Raises
-        ------
-        SceneError, SolverError
-            As the model does: for a start that is no stable equilibrium, a run that fails.
-        """
-        begin = time.process_time()
-        if self.model == "prediction":
-            settled = climb.Settled(self.value, self.estimate, False, (), None)
-        elif self.quantity == "fold" and self.model in ("kirchhoff", "elastica"):
-            settled = _static(self)
-        elif self.model == "kirchhoff":
-            settled = _by_elements(self)
-        elif self.model == "folds":
-            settled = _slow(self)
-        elif "elements" in self.policy:
-            settled = _once(self)
-        else:
-            settled = climb.stopped(self.scene, lambda scene: climb.beams(scene, self.tolerance))
-        met = not settled.sensitive and settled.error <= self.tolerance
-        seconds = time.process_time() - begin
-        return Answer(
-            settled.value, settled.error, met, settled.sensitive, seconds, settled.runs, settled.history
-        )
+# steps of a rod above which the ribbon's fold and its delay are cheaper than a run, and their CPU seconds
+_LONG, _SLOW_SECONDS = 7e3, 1.5
 
 
 @call_of_a_scene
@@ -229,28 +125,34 @@ def require_plane(scene: Scene) -> None:
 def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
     if not scene.planar:
         reason = "a ribbon in three dimensions: geometrically exact elements, refined until meshes agree"
-        return Choice(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
+        return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
     up = _upward(scene)
     if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
         value = _side(scene) * laws.planar.fold(up).angle
         if scene.stop is None or abs(value) < abs(scene.stop):
             reason = f"the planar fold is tabulated to {_TABULATED:g} rad"
-            return Choice(scene, "fold", tolerance, "prediction", {}, _TABULATED, 1e-4, reason, value)
+            return Known(scene, "fold", tolerance, "prediction", {}, _TABULATED, 1e-4, reason, value)
     reason = "planar and stable out of plane: the elastica's fold, refined until meshes agree"
-    return Choice(scene, "fold", tolerance, "elastica", {"extensible": True}, tolerance, 0.1, reason)
+    return AtRest(scene, "fold", tolerance, "elastica", {"extensible": True}, tolerance, 0.1, reason)
 
 
 def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     def chosen(
-        model: str, policy: Mapping[str, Any], error: float, seconds: float, reason: str, **more: Any
+        way: type[Choice],
+        model: str,
+        policy: Mapping[str, Any],
+        error: float,
+        seconds: float,
+        reason: str,
+        value: float | None = None,
     ) -> Choice:
-        return Choice(scene, "snap", tolerance, model, policy, error, seconds, reason, motion=motion, **more)
+        return way(scene, "snap", tolerance, model, policy, error, seconds, reason, value, motion)
 
     up, side = _upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
         reason = f"planar, but {outside}, where no law was measured: elasticas, each checked by a finer one"
-        return chosen("elastica", {}, tolerance, 0.1, reason)
+        return chosen(Beams, "elastica", {}, tolerance, 0.1, reason)
     found = laws.planar.predict(up)
     stop = math.inf if scene.stop is None else abs(scene.stop)
     known = f"predicted: the fold at {side * found.fold:.5f} and a delay of {found.delay:.2g} rad"
@@ -260,10 +162,10 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
             reason = f"{known}, to {found.error:.1e}" + (
                 "; the delay itself is below the tolerance" if small else ""
             )
-            return chosen("prediction", {}, found.error, 1e-3, reason, value=side * found.angle)
+            return chosen(Known, "prediction", {}, found.error, 1e-3, reason, value=side * found.angle)
         if found.angle - found.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
-            return chosen("prediction", {}, 0.0, 1e-3, reason, value=None)
+            return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
     for policy in laws.planar.policies:
         error = laws.planar.run_error(policy, up)
         if error <= tolerance:
@@ -279,24 +181,21 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
                     "extensible": True,
                     "tolerance": policy.tolerance,
                 }
-            return chosen(policy.model, rest, error, laws.planar.seconds(policy), reason)
+            return chosen(OneBeam, policy.model, rest, error, laws.planar.seconds(policy), reason)
     reason = "finer than the laws were measured: elasticas, each checked by a finer one"
-    return chosen("elastica", {}, tolerance, 0.5, reason)
+    return chosen(Beams, "elastica", {}, tolerance, 0.5, reason)
 
 
 def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
     steps = climb.expected_steps(scene)
-    if _long_vibration(scene) and not motion and quantity == "snap" and steps > _LONG:
-        uncertain = _slow_error(scene)
+    if steps > _LONG and not motion and slow.forgets(scene, quantity):
+        uncertain = slow.expected_error(scene)
         if uncertain <= tolerance:
             reason = (
-                f"a run would ring for some {steps:.0f} steps between its snaps: the last fold from finite "
-                f"elements and the delay from its normal form, to {uncertain:.1e}, if the energy of the "
-                "first snap is below the barrier; else a run"
+                f"a run would ring for some {steps:.0f} steps before it snaps: the fold from finite elements "
+                f"and the delay to its next order, to {uncertain:.1e} or so; else a run"
             )
-            return Choice(
-                scene, quantity, tolerance, "folds", {}, uncertain, _FOLDS_SECONDS, reason, motion=motion
-            )
+            return Slow(scene, quantity, tolerance, "folds", {}, uncertain, _SLOW_SECONDS, reason)
     rung, bound = ladder.beginning(scene, tolerance, laws.elements)
     count, local = laws.elements.ladder[rung]
     first = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L"
@@ -312,89 +211,4 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
         reason = f"{first}, {where}"
         error, seconds = laws.elements.typical[rung], sum(laws.elements.seconds[rung : rung + 2])
     policy = {"elements": count, "tolerance": local, "extensible": True}
-    return Choice(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)
-
-
-def _once(plan: Choice) -> climb.Settled:
-    """A single run of a beam, whose error a law bounds."""
-    model: Any = {"quasilinear": quasilinear, "elastica": elastica}[plan.model]
-    policy = {**plan.policy, "until": "snap"}
-    run, history = climb.timed(plan.model, model.simulate, endless(plan.scene), plan.quantity, policy)
-    return climb.Settled(run.value, plan.estimate, False, (run,), history)
-
-
-def _by_elements(plan: Choice) -> climb.Settled:
-    """Elements on finer and finer meshes; rods after all where the elements fail."""
-
-    def settle(scene: Scene) -> climb.Settled:
-        return ladder.elements(
-            scene, plan.quantity, plan.tolerance, shipped().elements, configurations=plan.motion
-        )
-
-    try:
-        return climb.stopped(plan.scene, settle)
-    except SolverError:
-        return _climbed(plan)
-
-
-def _climbed(plan: Choice, first: int = 1) -> climb.Settled:
-    """Rods on finer and finer meshes."""
-
-    def settle(scene: Scene) -> climb.Settled:
-        return climb.rods(
-            scene,
-            plan.quantity,
-            plan.tolerance,
-            shipped().ribbon,
-            first=first,
-            configurations=plan.motion,
-        )
-
-    return climb.stopped(plan.scene, settle)
-
-
-def _static(plan: Choice) -> climb.Settled:
-    """The last fold of finite elements."""
-    model: Any = {"kirchhoff": kirchhoff, "elastica": elastica}[plan.model]
-    value, error, runs, _ = at_rest.folds(plan.model, model.folds, plan.scene, plan.tolerance)
-    return climb.Settled(value, error, False, runs, None)
-
-
-def _long_vibration(scene: Scene) -> bool:
-    """Whether a ramp from U+S+ is so slow that its first snap is forgotten when the second comes."""
-    _, rate, damping, _ = beam_units(scene)
-    return scene.start == "U+S+" and scene.rate > 0.0 and damping * 0.2 / rate > 16.0
-
-
-def _slow_error(scene: Scene) -> float:
-    """What a ribbon's predicted delay will be wrong by, before its fold is known."""
-    planar = shipped().planar
-    form = NormalForm(0.0, _PRODUCT / scene.ribbon.inertial_time**4)
-    return _STATIC + abs(1.0 - planar.typical_ratio(scene)) * planar.delay(form, scene.rate, scene.damping)
-
-
-def _slow(plan: Choice) -> climb.Settled:
-    """The last fold of Path 2 and its predicted delay; rods after all where energy may carry it over."""
-    return _predicted(plan) or _by_elements(plan)
-
-
-def _predicted(plan: Choice) -> climb.Settled | None:
-    """The second snap of a slow Path 2 without a run; None where statics do not make it certain enough."""
-    scene = replace(plan.scene, stop=None)
-    fold, doubt, runs, folds = at_rest.folds("kirchhoff", kirchhoff.folds, scene, 0.3 * plan.tolerance)
-    if fold is None or len(folds) != 2 or kirchhoff.skipping_bound(scene, extensible=True) >= 0.0:
-        return None
-    # the product of the normal form needs no more than a coarse mesh
-    forms = der.normal_forms(scene, nodes=51)
-    if len(forms) != 2:
-        return None
-    planar = shipped().planar
-    delay = planar.delay(forms[-1], scene.rate, scene.damping)
-    ratio = planar.typical_ratio(scene)
-    value = fold + ratio * delay
-    # the correction is the planar beam's: of the right sign and size, and no better
-    error = doubt + abs(1.0 - ratio) * delay
-    beyond = plan.scene.stop is not None and value + error > abs(plan.scene.stop)
-    if error > plan.tolerance or beyond:
-        return None
-    return climb.Settled(value, error, False, runs, None)
+    return Elements(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)

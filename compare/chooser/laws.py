@@ -145,15 +145,6 @@ class PlanarLaws:
         error = self.floor + self.ringing[0] * rate ** self.ringing[1] * left + self.ringing[2] * rate
         return Prediction(form.angle + ratio * delay, error, form.angle, ratio * delay)
 
-    def typical_ratio(self, scene: Scene) -> float:
-        """The planar beam's delay over its prediction at a scene's rate and damping, sheared or not."""
-        compression, rate, damping, _ = beam_units(scene)
-        near = (
-            float(np.clip(value, axis[0], axis[-1]))
-            for value, axis in zip((compression, rate, damping), self.axes, strict=True)
-        )
-        return float(self._ratio(tuple(map(math.log, near))))
-
     @property
     def policies(self) -> tuple[Policy, ...]:
         """The policies whose errors were measured, the cheapest first."""

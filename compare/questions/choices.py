@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from compare.chooser.choice import Answer, choose
+from compare.chooser.choice import choose
 from compare.chooser.climb import SCATTER, endless, expected_steps
+from compare.chooser.plans import Answer
 from compare.chooser.trials import random_ribbon, rod_snap
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt

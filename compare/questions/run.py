@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from compare.chooser.choice import Answer, Choice, choose
+from compare.chooser.choice import choose
+from compare.chooser.plans import Answer, Choice
 from compare.face import vtu
 from compare.face.curve import Curve
 from compare.face.film import film
