@@ -71,6 +71,10 @@ class Problem(Protocol[State]):
         """Positions (nodes, 3) in L."""
         ...
 
+    def energy(self, state: State) -> float:
+        """Elastic energy in EI2/L."""
+        ...
+
 
 @dataclass(frozen=True)
 class Steps:
