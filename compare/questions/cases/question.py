@@ -19,6 +19,7 @@ from compare.questions.registry import Question
 from compare.sweep import Sweep
 from ribbonfem import History, Scene, SolverError
 from ribbonfem.continuation import Steps
+from ribbonfem.outcomes import classify
 
 from .named import CASES, Case
 
@@ -69,7 +70,7 @@ class CaseVerdict:
 
 def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
     """The outcome of a run of a case, and why."""
-    found = der.modes.classify(history, folds)
+    found = classify(history, folds)
     return (found.final or "none", found.reason) if case.kind == "selection" else (found.kind, found.reason)
 
 
@@ -291,7 +292,7 @@ def words(found: NamedCases) -> list[str]:
         "method that has no damping of its own, or with the finite elements on 6 and 8 elements, which share "
         "no mechanics with the rods: no single run decides it.",
         "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
-        "that U+S- is gone. The rule is written down in der.modes.",
+        "that U+S- is gone. The rule is written down in ribbonfem.outcomes.",
     ]
 
 

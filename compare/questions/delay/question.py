@@ -16,7 +16,7 @@ from compare.sweep import Sweep
 from ribbonfem.delay import Lead, NormalForm
 
 from ..registry import Question
-from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, Escape, escaped, measured, rates_for
+from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, SystemLead, escaped, measured, rates_for
 
 
 def slope_of(cells: list[Cell]) -> tuple[float, float, float] | None:
@@ -107,7 +107,7 @@ class Delays:
     forms: dict[str, NormalForm]
     dampings: tuple[float, ...]
     cells: tuple[Cell, ...]
-    escapes: tuple[Escape, ...] = ()
+    escapes: tuple[SystemLead, ...] = ()
 
     def of(self, name: str, damping: float) -> list[Cell]:
         """The delays of a system at a damping."""
