@@ -39,7 +39,10 @@ html_theme = "furo"
 html_title = f"ribbonfem {release}"
 html_math_renderer = "mathml"
 html_copy_source = html_show_sourcelink = False
-html_static_path: list[str] = []
+html_static_path = ["static"]
+html_css_files = ["guide.css"]
+# code is copied from these pages
+smartquotes = False
 highlight_language = "python"
 
 

@@ -13,7 +13,7 @@ def escaped(line):
     for k in range(0, len(parts), 2):
         bullet = re.match(r"\s*\* ", parts[k]) if k == 0 else None
         start = bullet.end() if bullet else 0
-        parts[k] = parts[k][:start] + re.sub(r"([|*])", r"\\\1", parts[k][start:])
+        parts[k] = parts[k][:start] + re.sub(r"([|*])", r"\\\1", parts[k][start:]).replace(" -> ", " → ")
     return "".join(parts)
 
 

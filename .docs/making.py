@@ -89,7 +89,15 @@ def commands_page(folder):
 def shown(value, folder, name):
     """The lines that show the value of a cell's last expression."""
     if hasattr(value, "_repr_html_"):
-        return ["", "```{raw} html", '<div class="table-wrapper">', value._repr_html_(), "</div>", "```", ""]
+        return [
+            "",
+            "```{raw} html",
+            '<div class="shown table-wrapper">',
+            value._repr_html_(),
+            "</div>",
+            "```",
+            "",
+        ]
     if value is None or hasattr(value, "figure"):
         return []
     return ["", "```text", repr(value) if not isinstance(value, str) else value, "```", ""]

@@ -4,15 +4,20 @@ from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
 
+def formula(node, **how):
+    """The MathML of a formula, its primes as primes; attributes stand in other quotes."""
+    return tex2mathml(node.astext(), **how).replace("'", "′")
+
+
 def inline(visitor, node):
     """A formula in a line."""
-    visitor.body.append(tex2mathml(node.astext()))
+    visitor.body.append(formula(node))
     raise nodes.SkipNode
 
 
 def block(visitor, node):
     """A formula of its own."""
-    visitor.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    visitor.body.append(f'<div class="math">{formula(node, as_block=True)}</div>')
     raise nodes.SkipNode
 
 

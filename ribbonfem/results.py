@@ -58,10 +58,21 @@ class Fold(Value):
     policy: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        of = f", {self.model}" if self.model else ""
+        of = "; ".join(part for part in (self.model, short_policy(self.policy)) if part)
         return (
-            f"Fold(angle={float(self.angle)!r}, height={float(self.height)!r}, load={float(self.load)!r}{of})"
+            f"Fold(alpha {self.angle:.9g} rad, z(1/2) {self.height:.9g} L, load {self.load:.9g} EI2/L^2"
+            f"{f'; {of}' if of else ''})"
         )
+
+    def _repr_html_(self) -> str:
+        row = [float(self.angle), float(self.height), float(self.load)]
+        return html_table(_caption(self), ("alpha (rad)", "z(1/2)/L", "load (EI2/L^2)"), [row])
+
+
+def _caption(result: Any) -> str:
+    """What a table shows: the result in short, and its scene."""
+    scene = getattr(result, "scene", None)
+    return repr(result) if scene is None else f"{result!r}\n{scene.in_words}"
 
 
 def _uniform(positions: Array | None) -> Array:
@@ -121,13 +132,16 @@ class Branch(Value):
         )
 
     def _repr_html_(self) -> str:
-        columns = ("alpha (rad)", "z(1/2)/L", "slope", "load (EI2/L^2)", "stable")
-        rows = [
-            [float(c[k]) for c in (self.angle, self.height, self.slope, self.load)]
-            + ["yes" if self.stable[k] else "no"]
-            for k in some_rows(len(self))
+        columns = ("", "alpha (rad)", "z(1/2)/L", "load (EI2/L^2)")
+        rows: list[list[Any]] = [
+            ["fold", float(fold.angle), float(fold.height), float(fold.load)] for fold in self.folds[:8]
         ]
-        return html_table(repr(self), columns, rows)
+        rows += [
+            ["stable" if self.stable[k] else "unstable"]
+            + [float(c[k]) for c in (self.angle, self.height, self.load)]
+            for k in some_rows(len(self), 12 - len(rows))
+        ]
+        return html_table(_caption(self), columns, rows)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -195,7 +209,7 @@ class History(Value):
             [float(c[k]) for c in (self.time, self.angle, self.height, self.slope)]
             for k in some_rows(len(self))
         ]
-        return html_table(repr(self), columns, rows)
+        return html_table(_caption(self), columns, rows)
 
     def crossing(self, quantity: str = "height", level: float = 0.0) -> tuple[float, float] | None:
         """Time and angle at which "height" or "slope" first crosses `level`.

@@ -140,6 +140,17 @@ class Scene:
                 stacklevel=3,
             )
 
+    @property
+    def in_words(self) -> str:
+        """The scene in a line, for the caption of a table."""
+        stop = "" if self.stop is None else f" to {self.stop:g} rad"
+        held = f", held for {self.hold:g} s" if self.stop is not None and self.hold else ""
+        turned = "" if self.turned == "left" else ", right clamp turned"
+        return (
+            f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {self.rate:g} rad/s{stop}{held}, "
+            f"nu {self.damping:g} /s{turned}"
+        )
+
     @cached_property
     def image(self) -> Scene:
         """The scene with the other clamp turned, whose motion is this one's image: S changes its sign."""

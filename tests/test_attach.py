@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import der
 from compare.diagrams.record import Diagram
 from compare.face.style import plt
 from compare.face.surface import area, of_rest
-from ribbonfem import Scene, elastica, kirchhoff
+from ribbonfem import Fold, Scene, elastica, kirchhoff
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
 SHEARED = Scene(compression=0.4, shear=0.40, rate=1.0, stop=0.2, damping=10.0)
@@ -28,6 +29,8 @@ def found(name):
         return kirchhoff.simulate(SHEARED, elements=4)
     if name == "planar history":
         return elastica.simulate(PLANAR, elements=4)
+    if name == "fold":
+        return elastica.folds(replace(PLANAR, stop=None), elements=4)[0]
     if name == "branch":
         return elastica.equilibria(PLANAR, elements=4)
     if name == "rest":
@@ -100,12 +103,34 @@ def test_a_state_at_rest_is_a_surface_of_the_ribbon(model):
     np.testing.assert_allclose(strip.normal[0, [0, -1], 2], 1.0, atol=1e-3)
 
 
-@pytest.mark.parametrize("name", EACH)
+@pytest.mark.parametrize("name", [*EACH, "fold"])
 def test_a_notebook_gets_a_short_table(name):
     text = found(name)._repr_html_()
     assert text.startswith("<table>")
     assert 2 <= text.count("<tr>") <= 14
     assert len(text) < 6000
+    if name not in ("rest", "diagram"):
+        # what scene it is of
+        assert f"{found(name).scene.rate:g} rad/s" in text
+
+
+def test_a_table_tells_the_folds_the_rows_and_the_snap():
+    branch, history = found("branch"), found("history")
+    text = branch._repr_html_()
+    assert text.count("<td>fold</td>") == len(branch.folds) > 0
+    assert f"<td>{branch.folds[0].angle:.6g}</td>" in text
+    assert f"{len(branch)} points" in text
+    text = history._repr_html_()
+    assert f"{len(history)} rows" in text
+    assert "no snap" in text
+
+
+def test_a_fold_is_read_at_a_glance():
+    fold = found("fold")
+    assert repr(fold).startswith(f"Fold(alpha {fold.angle:.9g} rad, z(1/2) {fold.height:.9g} L, load ")
+    assert "elastica; elements=4, extensible=False" in repr(fold)
+    assert repr(Fold(1.0, 0.5, 2.0)) == "Fold(alpha 1 rad, z(1/2) 0.5 L, load 2 EI2/L^2)"
+    assert Fold(1.0, 0.5, 2.0)._repr_html_().count("<tr>") == 2
 
 
 def test_a_motion_is_a_data_frame_with_units():
@@ -135,6 +160,45 @@ def test_a_branch_is_a_data_frame_with_units():
     assert branch.height[0] != 9.0
 
 
+def test_a_refinement_is_a_data_frame():
+    pytest.importorskip("pandas")
+    refined = found("convergence")
+    frame = refined.to_pandas()
+    assert list(frame.columns) == ["elements", "size", "dofs", "value", "error", "order", "seconds"]
+    np.testing.assert_array_equal(frame["elements"], (4, 8, 16))
+    np.testing.assert_array_equal(frame["error"], refined.errors)
+    assert frame["order"].isna().tolist()[:2] == [True, True]
+    np.testing.assert_array_equal(frame["order"][2:], refined.orders)
+    assert frame.attrs["limit"] == refined.limit
+    assert frame.attrs["units"] == {"size": "L", "seconds": "s"}
+
+
+def test_a_refinement_of_shapes_has_no_column_of_values():
+    pytest.importorskip("pandas")
+    refined = compare.convergence(elastica, PLANAR, "shape", over={"elements": (4, 8, 16)}, step=1e-2)
+    frame = refined.to_pandas()
+    assert "value" not in frame.columns
+    assert np.shape(frame.attrs["limit"]) == refined.limit.shape
+
+
+def test_a_diagram_is_a_tidy_data_frame():
+    pytest.importorskip("pandas")
+    made = found("diagram")
+    frame = made.to_pandas()
+    assert list(frame.columns) == ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
+    assert len(frame) == made.shares.size
+    for j, damping in enumerate(made.dampings):
+        for i, rate in enumerate(made.rates):
+            rows = frame[(frame["rate"] == rate) & (frame["damping"] == damping)]
+            assert dict(zip(rows["outcome"], rows["share"], strict=True)) == dict(
+                zip(made.outcomes, made.shares[j, i], strict=True)
+            )
+            assert set(rows["cell"]) == {made.outcome[j, i]}
+    # the same rows as the CSV
+    assert made.to_csv().count("\n") == len(frame) + 1
+    assert frame.attrs["units"] == {"rate": "rad/s", "damping": "1/s"}
+
+
 def test_results_are_data_sets_with_units(tmp_path):
     pytest.importorskip("xarray")
     for name in ("history", "other history", "planar history"):
@@ -158,7 +222,9 @@ def test_results_are_data_sets_with_units(tmp_path):
 @pytest.mark.parametrize(("method", "library"), [("to_pandas", "pandas"), ("to_xarray", "xarray")])
 def test_a_library_that_is_missing_is_named_with_what_to_install(monkeypatch, method, library):
     monkeypatch.setitem(sys.modules, library, None)
-    for name in ("history", "branch"):
+    for name in ("history", "branch", "convergence", "diagram"):
+        if not hasattr(found(name), method):
+            continue
         with pytest.raises(ImportError, match=rf"{method} needs {library}.*pip install {library}"):
             getattr(found(name), method)()
 

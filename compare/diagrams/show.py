@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.face.frames import library
 from compare.face.section import Table
 from compare.face.style import figure
 from ribbonfem.values import html_table
@@ -292,6 +293,43 @@ def plot(diagram: Diagram, axes: Any = None) -> Any:
     there = [name for k, name in enumerate(diagram.outcomes) if np.nansum(diagram.shares[..., k]) > 0.0]
     axes.legend(handles=[Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there], fontsize=7)
     return axes
+
+
+def frame(diagram: Diagram) -> Any:
+    """A diagram as a `pandas.DataFrame`, a row for each cell and outcome.
+
+    Returns
+    -------
+    Columns rate (rad/s), damping (1/s), outcome, share (NaN where no run ended), cell (its outcome, "cut" or
+    "mixed"), runs, doubt (of the cell's largest share); `attrs` has the units by column, kind, folds (rad),
+    model, scene, policy and seed.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed; says how to install it.
+    """
+    shape = diagram.shares.shape
+    cells: dict[str, Any] = {"damping": diagram.dampings[:, None], "rate": diagram.rates}
+    cells |= {"cell": diagram.outcome, "runs": diagram.runs, "doubt": diagram.doubt}
+    columns = {
+        name: np.repeat(np.broadcast_to(values, shape[:2]).ravel(), shape[2])
+        for name, values in cells.items()
+    }
+    columns["outcome"] = np.tile(np.array(diagram.outcomes), shape[0] * shape[1])
+    columns["share"] = np.array(diagram.shares).ravel()
+    order = ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
+    found = library("pandas", "to_pandas").DataFrame({name: columns[name] for name in order})
+    found.attrs.update(
+        units={"rate": "rad/s", "damping": "1/s"},
+        kind=diagram.kind,
+        folds=[float(angle) for angle in diagram.folds],
+        model=diagram.model,
+        scene=repr(diagram.scene),
+        policy=repr(dict(diagram.policy)),
+        seed=diagram.seed,
+    )
+    return found
 
 
 def html(diagram: Diagram) -> str:

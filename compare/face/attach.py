@@ -29,9 +29,18 @@ METHODS: dict[str, dict[str, dict[str, str]]] = {
         },
         "RestState": {"plot": "compare.face.plots:rest", "_repr_html_": "compare.face.plots:rest_table"},
     },
-    "compare.measures.convergence": {"Convergence": {"plot": "compare.face.plots:convergence"}},
+    "compare.measures.convergence": {
+        "Convergence": {
+            "plot": "compare.face.plots:convergence",
+            "to_pandas": "compare.face.frames:convergence_frame",
+        }
+    },
     "compare.diagrams.record": {
-        "Diagram": {"plot": "compare.diagrams.show:plot", "_repr_html_": "compare.diagrams.show:html"}
+        "Diagram": {
+            "plot": "compare.diagrams.show:plot",
+            "to_pandas": "compare.diagrams.show:frame",
+            "_repr_html_": "compare.diagrams.show:html",
+        }
     },
 }
 

@@ -30,7 +30,8 @@ _STATES = ("angle", "height", "slope", "load")
 _REST = (*_STATES, "energy")
 
 
-def _library(name: str, method: str) -> Any:
+def library(name: str, method: str) -> Any:
+    """A library that a method needs, or an `ImportError` that says how to install it."""
     try:
         return import_module(name)
     except ImportError:
@@ -40,7 +41,7 @@ def _library(name: str, method: str) -> Any:
         ) from None
 
 
-def _about(result: History | Branch) -> dict[str, Any]:
+def _about(result: Any) -> dict[str, Any]:
     """What a table keeps of where it is from: words, as files of other programs take them."""
     return {"model": result.model, "scene": repr(result.scene), "policy": repr(dict(result.policy))}
 
@@ -55,7 +56,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
 
 
 def _frame(result: History | Branch, columns: dict[str, Any]) -> Any:
-    frame = _library("pandas", "to_pandas").DataFrame(columns)
+    frame = library("pandas", "to_pandas").DataFrame(columns)
     units = {name: _COLUMNS[name][1] for name in columns if name in _COLUMNS}
     frame.attrs.update(_about(result), units=units)
     return frame
@@ -95,9 +96,48 @@ def branch_frame(branch: Branch) -> Any:
     return frame
 
 
+def convergence_frame(found: Any) -> Any:
+    """A `Convergence` as a `pandas.DataFrame`, a row a run, the coarsest first.
+
+    Returns
+    -------
+    Columns: what was refined, under its own name; size (edge length or tolerance in L, step in s), dofs,
+    value where it is a number, error, order (NaN where too few runs come before it), seconds (CPU). `attrs`
+    has the units by column, quantity, limit, whether it is verified, its uncertainty, model, scene, policy.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed; says how to install it.
+    """
+    pandas = library("pandas", "to_pandas")
+    skipped = len(found.at) - len(found.orders)
+    columns: dict[str, Any] = {
+        found.over: list(found.at),
+        "size": list(found.sizes),
+        "dofs": list(found.dofs),
+    }
+    number = not np.ndim(found.limit)
+    if number:
+        columns["value"] = [float(value) for value in found.values]
+    columns["error"] = np.array(found.errors)
+    columns["order"] = [np.nan] * skipped + [float(order) for order in found.orders]
+    columns["seconds"] = np.array(found.seconds)
+    frame = pandas.DataFrame(columns)
+    frame.attrs.update(
+        units={"size": "s" if found.over == "step" else "L", "seconds": "s"},
+        quantity=found.quantity,
+        limit=float(found.limit) if number else np.array(found.limit).tolist(),
+        verified=bool(found.verified),
+        uncertainty=float(found.uncertainty),
+        **_about(found),
+    )
+    return frame
+
+
 def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shapes: dict[str, Any]) -> Any:
     """Columns along one dimension, and arrays (rows, nodes, 3) and others of the shapes."""
-    xarray = _library("xarray", "to_xarray")
+    xarray = library("xarray", "to_xarray")
     nodes = len(result.arclength)
 
     def described(name: str, dims: tuple[str, ...], values: Any) -> Any:

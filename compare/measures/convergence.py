@@ -123,7 +123,8 @@ class Convergence(Record):
         skip = len(self.at) - len(self.orders)
         orders = [""] * skip + [f"{order:.2f}" for order in self.orders]
         rows = zip(self.at, self.sizes, self.dofs, map(float, self.errors), orders, strict=True)
-        return html_table(str(self).splitlines()[0], (self.over, "size", "dofs", "error", "order"), rows)
+        caption = f"{str(self).splitlines()[0]}\n{self.scene.in_words}"
+        return html_table(caption, (self.over, "size", "dofs", "error", "order"), rows)
 
 
 def _over(name: str, verb: str, over: Mapping[str, Sequence[float]], least: int) -> tuple[str, list[Any]]:
