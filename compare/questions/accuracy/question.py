@@ -372,7 +372,7 @@ def values(found: Accuracy) -> dict[str, Any]:
 QUESTION = Question(
     name="accuracy",
     title=lambda found: "One row of the accuracy report" if found.alone else "Speed against error",
-    takes="some 6 minutes",
+    takes="some 8 minutes",
     main=main,
     words=words,
     tables=tables,
