@@ -49,7 +49,13 @@ def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> s
 
 
 def name_by_signs(height: float, slope: float) -> str:
-    """The name of a US shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way."""
+    """The name of a US shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way.
+
+    Examples
+    --------
+    >>> name_by_signs(0.2, -0.5), name_by_signs(-0.2, 0.5)
+    ('U+S+', 'U-S+')
+    """
     return ("U+" if height > 0.0 else "U-") + ("S-" if height * slope > 0.0 else "S+")
 
 

@@ -226,6 +226,14 @@ class History(Value):
         ------
         ValueError
             If `quantity` is not "height" or "slope", or `level` no finite number.
+
+        Examples
+        --------
+        >>> from ribbonfem import Scene, elastica
+        >>> beam = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, stop=1.5)
+        >>> time, angle = elastica.simulate(beam).crossing("height")
+        >>> round(time, 3), round(angle, 3)
+        (1.307, 1.307)
         """
         if not isinstance(quantity, str) or quantity not in ("height", "slope"):
             raise ValueError(f"quantity = {shown(quantity)}: must be 'height' or 'slope'")

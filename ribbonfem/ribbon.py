@@ -131,6 +131,13 @@ class Ribbon:
     -----
     SceneWarning
         Of sizes that look like millimetres, and of a modulus that looks like gigapascals.
+
+    Examples
+    --------
+    >>> Ribbon().bending_ratio, Ribbon(thickness=0.005).bending_ratio
+    (400.0, 1600.0)
+    >>> round(Ribbon().inertial_time, 4)
+    1.0954
     """
 
     length: float = 1.0

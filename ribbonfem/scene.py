@@ -83,6 +83,14 @@ class Scene:
     ------
     SceneError
         Naming the field, its value and what is allowed.
+
+    Examples
+    --------
+    >>> Scene(compression=0.40, shear=0.37, start="U+S-", stop=0.9).in_words
+    'dL/L 0.4, dW/L 0.37, U+S-: 0.1 rad/s to 0.9 rad, nu 1 /s'
+    >>> Scene(compression=2.0)
+    Traceback (most recent call last):
+    ribbonfem.ribbon.SceneError: Scene.compression = 2.0: must be in (0, 1)
     """
 
     compression: float = 0.40

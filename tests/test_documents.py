@@ -8,13 +8,16 @@ machine, or an installation, is needed.
 
 import ast
 import contextlib
+import doctest
+import inspect
 import json
 import re
 import shlex
 import tokenize
 import warnings
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
@@ -176,6 +179,50 @@ def test_links_lead_somewhere(page):
         if path.parent.name == "made":
             path = made.get(path.name, ROOT / "compare" / "examples" / f"{path.stem}.py")
         assert path.exists(), f"{page.name}: {target}"
+
+
+# where docstrings have examples, and what of each the reference shows
+SHOWN = ("ribbonfem", "ribbonfem.quasilinear", "ribbonfem.elastica", "ribbonfem.kirchhoff", "der", "compare")
+MORE = ("ribbonfem.delay:predict", "ribbonfem.results:History.crossing", "der.modes:name_by_signs")
+
+
+def public_names():
+    for module in map(import_module, SHOWN):
+        for name in module.__all__:
+            yield module.__name__, name, getattr(module, name)
+
+
+def test_the_reference_shows_every_public_name():
+    text = (GUIDE / "api.rst").read_text(encoding="utf-8")
+    shown = set(re.findall(r"^.. auto\w+:: ([\w.]+)", text, re.M))
+    shown |= {name.split(".")[-1] for name in shown}
+    for module, name, value in public_names():
+        # a module among the names has a heading, and `DECLARED` is told once for all
+        if name == "DECLARED" or inspect.ismodule(value):
+            continue
+        assert name in shown, f"{module}.{name}"
+
+
+def test_examples_in_docstrings():
+    objects = {f"{module}.{name}": value for module, name, value in public_names()}
+    for place in MORE:
+        module, _, path = place.partition(":")
+        objects[place] = reduce(getattr, path.split("."), import_module(module))
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
+    found = 0
+    for name, value in objects.items():
+        written = inspect.getdoc(value) if inspect.isroutine(value) or inspect.isclass(value) else None
+        if not written or ">>>" not in written:
+            continue
+        names = dict(inspect.unwrap(value).__globals__ if inspect.isroutine(value) else vars(owner(value)))
+        runner.run(parser.get_doctest(written, names, name, None, 0))
+        found += 1
+    assert runner.failures == 0
+    assert found >= 8
+
+
+def owner(kind):
+    return import_module(kind.__module__)
 
 
 def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch, capsys):

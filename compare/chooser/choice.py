@@ -61,6 +61,14 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     SceneError
         If the motion is asked for and the scene has no `stop`; if the ribbon stays flat, or a planar
         one leaves its plane before its fold and the ramp's stop: a planar run would stay in it.
+
+    Examples
+    --------
+    >>> from ribbonfem import Scene
+    >>> beam = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, stop=1.4)
+    >>> answer = choose(beam, tolerance=1e-3).run()
+    >>> round(answer.value, 3), answer.met
+    (1.16, True)
     """
     wanted = positive("tolerance", tolerance, 1.0)
     choice("quantity", quantity, QUANTITIES)

@@ -88,6 +88,12 @@ def closed_form_fold() -> ClosedFormFold:
 
     mu is largest there, so sigma is the root of d(int z'^2 / mu^2)/dsigma, taken by a complex
     step.  sigma = 7.5864, mu = 1.7818, Z = 0.3476 (paper, eq. for the bifurcation point).
+
+    Examples
+    --------
+    >>> fold = closed_form_fold()
+    >>> round(fold.sigma, 10), round(fold.mu, 10), round(fold.height, 10)
+    (7.5863784311, 1.7817760412, 0.3476014043)
     """
 
     def slope(sigma: float) -> float:

@@ -42,6 +42,14 @@ def predict(fold: NormalForm, rate: float, damping: float) -> Delay:
     ------
     ValueError
         If the ramp runs away from the fold, or damping is negative.
+
+    Examples
+    --------
+    >>> from ribbonfem import Scene, elastica
+    >>> (form,) = elastica.normal_forms(Scene(compression=0.40, shear=0.0, start="U+"))
+    >>> delay = predict(form, rate=0.01, damping=1.0)
+    >>> round(delay.time, 4), round(delay.angle, 6)
+    (0.7706, 0.007706)
     """
     if not isinstance(fold, NormalForm):
         refuse("fold", fold, "a NormalForm is needed, as `normal_forms` of a model gives it")

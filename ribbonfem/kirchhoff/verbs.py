@@ -95,6 +95,12 @@ def folds(
         If the start state is not a stable equilibrium; the message names those that are.
     PolicyError, SolverError
         For a mesh that cannot be, a continuation that fails.
+
+    Examples
+    --------
+    >>> path_2 = Scene(compression=0.40, shear=0.40, start="U+S+")
+    >>> [round(fold.angle, 8) for fold in folds(path_2)]
+    [0.160733, 0.44588463]
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
