@@ -183,7 +183,7 @@ def test_links_lead_somewhere(page):
 
 # where docstrings have examples, and what of each the reference shows
 SHOWN = ("ribbonfem", "ribbonfem.quasilinear", "ribbonfem.elastica", "ribbonfem.kirchhoff", "der", "compare")
-MORE = ("ribbonfem.delay:predict", "ribbonfem.results:History.crossing", "der.modes:name_by_signs")
+MORE = ("ribbonfem.delay:predict", "ribbonfem.results:History.crossing", "ribbonfem.outcomes:name_by_signs")
 
 
 def public_names():

@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 
 import der
 from ribbonfem import History, Scene
+from ribbonfem.outcomes import name_by_signs
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def main(
         folds=(first.angle, second.angle),
         stop=stop,
         dampings=tuple(dampings),
-        last=tuple(der.modes.name_by_signs(motion.height[-1], motion.slope[-1]) for motion in motions),
+        last=tuple(name_by_signs(motion.height[-1], motion.slope[-1]) for motion in motions),
         barrier=barrier,
         energies=tuple(
             float(motion.energies["kinetic"][-1] + motion.energies["elastic"][-1]) for motion in motions

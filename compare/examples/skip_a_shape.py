@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import compare
 import der
 from ribbonfem import Branch, History, Scene, kirchhoff
+from ribbonfem.outcomes import classify
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def main(
 
     # run
     motions = tuple(der.simulate(replace(scene, rate=rate), **mesh) for rate in rates)
-    outcomes = [der.modes.classify(motion, (first, second)) for motion in motions]
+    outcomes = [classify(motion, (first, second)) for motion in motions]
 
     return Found(
         folds=(first.angle, second.angle),
