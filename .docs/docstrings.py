@@ -60,23 +60,19 @@ def items(name, lines):
 
 def process(app, what, name, obj, options, lines):
     """Rewrite the lines of a docstring in place."""
-    sections, current = [("", [])], 0
-    k = 0
-    while k < len(lines):
-        below = lines[k + 1].strip() if k + 1 < len(lines) else ""
-        if lines[k] in SECTIONS and set(below) == {"-"}:
-            sections.append((lines[k], []))
-            current = len(sections) - 1
-            k += 2
-            continue
-        if below and set(below) == {"-"} and not _indent(lines[k]):
-            # a heading of a module's own: words in bold
-            sections.append(("", [f"**{lines[k]}**", ""]))
-            current = len(sections) - 1
-            k += 2
-            continue
-        sections[current][1].append(lines[k])
-        k += 1
-    lines[:] = [
-        line for title, body in sections for line in (items(title, body) if title else [*text(body), ""])
-    ]
+    # headings, and the lines below each; the first part has none
+    parts = [("", [])]
+    below = [line.strip() for line in lines[1:]] + [""]
+    underline = [bool(mark) and set(mark) == {"-"} for mark in below]
+    for k, line in enumerate(lines):
+        if underline[k] and not _indent(line):
+            parts.append((line, []))
+        elif not (k and underline[k - 1]):
+            parts[-1][1].append(line)
+    told = []
+    for heading, body in parts:
+        if heading in SECTIONS:
+            told += items(heading, body)
+        else:
+            told += [*([f"**{heading}**", ""] if heading else []), *text(body), ""]
+    lines[:] = told
