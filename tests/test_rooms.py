@@ -43,6 +43,7 @@ ALLOWED["compare.diagrams"] = ALLOWED["compare.chooser"] | {
     "compare.sweep",
     "compare.face",
 }
+ALLOWED["compare.paper"] = ALLOWED["compare.diagrams"] | {"compare.paper"}
 
 
 def room(name):
