@@ -12,6 +12,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import der
+from compare.models import warm_up
+from compare.sweep import Sweep
 from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import Lead, NormalForm, lead, next_order, predict
 
@@ -212,3 +214,42 @@ def universal_curve(cells: Sequence[Cell], forms: dict[str, NormalForm]) -> Cubi
         found[round(float(np.log(cell.damping_ratio)), 3)] = float(np.log(cell.predicted / cell.rate * scale))
     points = sorted(found.items())
     return CubicSpline(*np.array(points).T)
+
+
+@dataclass(frozen=True)
+class Delays:
+    """What was found: the systems' normal forms, and every measured delay."""
+
+    forms: dict[str, NormalForm]
+    dampings: tuple[float, ...]
+    cells: tuple[Cell, ...]
+    escapes: tuple[Escape, ...] = ()
+
+    def of(self, name: str, damping: float) -> list[Cell]:
+        """The delays of a system at a damping."""
+        return [c for c in self.cells if c.system == name and c.damping == damping]
+
+
+def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
+    """Slow ramps at little damping take longest."""
+    return 1.0 / (work[3] * max(work[2], 1e-2))
+
+
+def compute(names: Sequence[str], dampings: tuple[float, ...], decades: int, sweep: Sweep) -> Delays:
+    """The delays of these systems at these dampings, over `decades` of rates."""
+    forms = {}
+    for name in sweep.progress("static folds", names):
+        system = SYSTEMS[name]
+        forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
+    pairs = [(name, damping) for name in names for damping in dampings]
+    escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
+    leads = {(found.system, found.damping): found.lead for found in escapes}
+    work = [
+        (name, forms[name], damping, rate, leads[name, damping])
+        for name in names
+        for damping in dampings
+        for rate in rates_for(damping, decades)
+    ]
+    work.sort(key=_cost, reverse=True)
+    cells = sweep("delays", measured, work, cost=_cost, prepare=warm_up)
+    return Delays(forms, dampings, tuple(cells), tuple(escapes))

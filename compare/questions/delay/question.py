@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
-from compare.models import warm_up
 from compare.paper.delays import (
     DAMPINGS,
     GROUPS,
-    SYSTEMS,
     Cell,
-    Escape,
-    escaped,
-    measured,
-    rates_for,
+    Delays,
+    compute,
     ratio_limit,
     slope_of,
     universal_curve,
 )
 from compare.sweep import Sweep
-from ribbonfem.delay import Lead, NormalForm
+from ribbonfem.delay import NormalForm
 
 from ..registry import Question
 
@@ -74,25 +69,6 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
     return fig
 
 
-@dataclass(frozen=True)
-class Delays:
-    """What was found: the systems' normal forms, and every measured delay."""
-
-    forms: dict[str, NormalForm]
-    dampings: tuple[float, ...]
-    cells: tuple[Cell, ...]
-    escapes: tuple[Escape, ...] = ()
-
-    def of(self, name: str, damping: float) -> list[Cell]:
-        """The delays of a system at a damping."""
-        return [c for c in self.cells if c.system == name and c.damping == damping]
-
-
-def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
-    """Slow ramps at little damping take longest."""
-    return 1.0 / (work[3] * max(work[2], 1e-2))
-
-
 def main(
     *,
     systems: Literal["beam", "ribbon", "all"] = "all",
@@ -110,22 +86,7 @@ def main(
     if systems not in GROUPS:
         raise ValueError(f"systems = {systems!r}: must be one of {', '.join(GROUPS)}")
     names = GROUPS[systems]
-    forms = {}
-    for name in sweep.progress("static folds", names):
-        system = SYSTEMS[name]
-        forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
-    pairs = [(name, damping) for name in names for damping in dampings]
-    escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
-    leads = {(found.system, found.damping): found.lead for found in escapes}
-    work = [
-        (name, forms[name], damping, rate, leads[name, damping])
-        for name in names
-        for damping in dampings
-        for rate in rates_for(damping, decades)
-    ]
-    work.sort(key=_cost, reverse=True)
-    cells = sweep("delays", measured, work, cost=_cost, prepare=warm_up)
-    return Delays(forms, tuple(dampings), tuple(cells), tuple(escapes))
+    return compute(names, tuple(dampings), decades, sweep)
 
 
 def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
