@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 import der
 from ribbonfem import Branch, Fold, Scene, kirchhoff
 from ribbonfem.continuation import Steps
@@ -69,3 +72,27 @@ def swept_scene(work: tuple[Scene, int, tuple[int, int]]) -> Swept:
         coarse=der.folds(scene, nodes=nodes[0]),
         fine=der.folds(scene, nodes=nodes[1]),
     )
+
+
+def crowd(branch: Branch, apart: float) -> NDArray[np.int64]:
+    """Rows of a branch at least `apart` from one another, an angle of 1 rad counting as 0.3 L."""
+    kept = [0]
+    for k in range(1, len(branch)):
+        gap = np.hypot(
+            0.3 * (branch.angle[k] - branch.angle[kept[-1]]), branch.height[k] - branch.height[kept[-1]]
+        )
+        if gap >= apart:
+            kept.append(k)
+    return np.array(kept)
+
+
+def leg(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Angle, height and slope of the stable states from alpha = 0 up to their fold."""
+    first = int(np.flatnonzero(branch.angle == 0.0)[0])
+    # the start may be met on the curve in either sense
+    sense = 1 if branch.angle[first + 1] > 0.0 else -1
+    last = first
+    while branch.stable[last] and branch.angle[last + sense] > branch.angle[last]:
+        last += sense
+    rows = np.arange(first, last + sense, sense)
+    return branch.angle[rows], branch.height[rows], branch.slope[rows]

@@ -8,40 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.face.style import draw_curve, figure, plt
-from compare.paper.paths import Paths, Swept
-from ribbonfem import Branch
+from compare.paper.paths import Paths, Swept, crowd, leg
 
 _ROD = "#d1495b"
-
-
-def _crowd(branch: Branch, apart: float) -> NDArray[np.int64]:
-    """Rows of a branch at least `apart` from one another, an angle of 1 rad counting as 0.3 L."""
-    kept = [0]
-    for k in range(1, len(branch)):
-        gap = np.hypot(
-            0.3 * (branch.angle[k] - branch.angle[kept[-1]]), branch.height[k] - branch.height[kept[-1]]
-        )
-        if gap >= apart:
-            kept.append(k)
-    return np.array(kept)
-
-
-def _leg(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Angle, height and slope of the stable states from alpha = 0 up to their fold."""
-    first = int(np.flatnonzero(branch.angle == 0.0)[0])
-    # the start may be met on the curve in either sense
-    sense = 1 if branch.angle[first + 1] > 0.0 else -1
-    last = first
-    while branch.stable[last] and branch.angle[last + sense] > branch.angle[last]:
-        last += sense
-    rows = np.arange(first, last + sense, sense)
-    return branch.angle[rows], branch.height[rows], branch.slope[rows]
 
 
 def draw_paths(found: Paths) -> Any:
     """Paths 1 and 2 (Fig. 4): height and slope at midspan against the clamp angle."""
     curve, rod, minus, nodes = found.curve, found.rod, found.minus, found.nodes
-    plus_leg, minus_leg = _leg(curve), _leg(minus)
+    plus_leg, minus_leg = leg(curve), leg(minus)
     first = int(np.flatnonzero(curve.angle == 0.0)[0])
     # U-S+ at alpha is the mirror image of U+S+ at -alpha
     back = slice(first, None, -1) if curve.angle[first - 1] < 0.0 else slice(first, None)
@@ -57,7 +32,7 @@ def draw_paths(found: Paths) -> Any:
                 values: NDArray[np.float64] = getattr(curve, name)
                 x, y = sign * curve.angle, sign * values
                 draw_curve(ax, x, y, curve.stable, tone, width=1.1)
-                picked = _crowd(rod, 0.016)
+                picked = crowd(rod, 0.016)
                 style: dict[str, Any] = {"ms": 3.4, "mfc": "none", "mec": _ROD, "mew": 0.8, "zorder": 4}
                 ax.plot(
                     sign * rod.angle[picked], sign * getattr(rod, name)[picked], "o", **style,
@@ -103,10 +78,10 @@ def _draw_route(ax: Any, legs: list[Any], what: int) -> None:
     """The way of a slow ramp along its stable sheets, with a drop at each fold."""
     start = 0.0
     style: dict[str, Any] = {"color": "orange", "lw": 4.5, "alpha": 0.45, "zorder": 1}
-    for k, leg in enumerate(legs):
-        keep = leg[0] >= start
-        x = np.concatenate(([start], leg[0][keep]))
-        y = np.concatenate(([np.interp(start, leg[0], leg[what])], leg[what][keep]))
+    for k, one in enumerate(legs):
+        keep = one[0] >= start
+        x = np.concatenate(([start], one[0][keep]))
+        y = np.concatenate(([np.interp(start, one[0], one[what])], one[what][keep]))
         ax.plot(x, y, solid_capstyle="butt", **style)
         if k + 1 == len(legs):
             return
@@ -136,7 +111,7 @@ def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> An
             colour = plt.cm.viridis(0.88 * k / max(1, len(values) - 1))
             curve, rod = found.curve, found.rod
             draw_curve(left, curve.angle, curve.height, curve.stable, colour, f"${value:.2f}$", width=1.2)
-            picked = np.array([k for k in _crowd(rod, 0.03) if rod.stable[k]], dtype=int)
+            picked = np.array([k for k in crowd(rod, 0.03) if rod.stable[k]], dtype=int)
             left.plot(rod.angle[picked], rod.height[picked], "o", ms=3, mfc="none", mec=colour, mew=0.7)
             for fold in found.plain:
                 left.plot(fold.angle, fold.height, "k.", ms=6, zorder=5)
