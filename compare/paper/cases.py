@@ -47,7 +47,7 @@ class CaseVerdict:
     outcome: the one of all refinements; "sensitive" where they differ, or a snap is scattered.
     first, second: snap angles of the rods in the limit of the mesh and their doubt, None without one.
     elements: the same two of the finite elements.
-    curve: of the finer rod, for a figure.
+    curve, line: time, angle and height of the finer rod, and of the finest elements, for a figure.
     """
 
     case: Case
@@ -57,6 +57,7 @@ class CaseVerdict:
     second: tuple[float, float] | None
     elements: tuple[tuple[float, float] | None, tuple[float, float] | None]
     curve: dict[str, list[float]]
+    line: dict[str, list[float]]
 
 
 def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
@@ -117,6 +118,18 @@ def _elements(values: Sequence[float | None]) -> tuple[float, float] | None:
     return tight, abs(fine - coarse) + abs(fine - tight)
 
 
+def _drawn(history: History | None, scene: Scene) -> dict[str, list[float]]:
+    """Rows enough for a figure; none of a run that failed."""
+    if history is None:
+        return {}
+    turning = int(np.searchsorted(np.abs(history.angle), abs(scene.stop or 0.0)))
+    last = len(history) - 1
+    rows = np.append(np.linspace(0, turning, 1500), np.linspace(turning, last, 1500))
+    pick = np.unique(np.minimum(rows, last).astype(int))
+    columns = {"time": history.time, "angle": history.angle, "height": history.height}
+    return {name: values[pick].tolist() for name, values in columns.items()}
+
+
 def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[float, ...]) -> CaseVerdict:
     """Run a case on two meshes and at two tolerances of both models, and with the paper's implicit Euler."""
     coarse, fine = nodes
@@ -142,17 +155,6 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
         len(found) > 1 and max(found) - min(found) > SCATTER
         for found in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))
     )
-    history = done[1][1]
-    curve: dict[str, list[float]] = {}
-    if history is not None:
-        # enough rows for a figure
-        turning = int(np.searchsorted(np.abs(history.angle), abs(case.scene.stop or 0.0)))
-        pick = np.unique(
-            np.append(np.linspace(0, turning, 1500), np.linspace(turning, len(history) - 1, 1500))
-        )
-        pick = pick.astype(int)
-        columns = {"time": history.time, "angle": history.angle, "height": history.height}
-        curve = {name: values[pick].tolist() for name, values in columns.items()}
     return CaseVerdict(
         case=case,
         runs=runs,
@@ -163,7 +165,8 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
             _elements([run.first for run in runs if run.model == "kirchhoff"]),
             _elements([run.second for run in runs if run.model == "kirchhoff"]),
         ),
-        curve=curve,
+        curve=_drawn(done[1][1], case.scene),
+        line=_drawn(done[refinements - 1][1], case.scene),
     )
 
 
