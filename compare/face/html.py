@@ -34,11 +34,11 @@ iframe { width: 100%; height: 40rem; border: 0 }
 
 
 def _picture(picture: Picture, folder: Path) -> str:
-    """A picture in the page; only files of the report's own folder are let in."""
+    """A picture in the page; only files in the report's own folder, or below it, are let in."""
     caption = html.escape(picture.caption)
     path = folder / picture.file
     file = html.escape(picture.file, quote=True)
-    if Path(picture.file).name != picture.file or path.resolve().parent != folder.resolve():
+    if Path(picture.file).is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         return f'<p class="note">{caption} (not shown: {file} is no file of this folder)</p>'
     if not path.is_file():
         return f'<p class="note">{caption} (not drawn: {file} is missing)</p>'

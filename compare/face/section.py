@@ -30,11 +30,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A matplotlib figure, the name of its file (a PNG) and what it shows."""
+    """A matplotlib figure, the name of its file (a PNG) and what it shows; with `vector` a PDF beside it."""
 
     file: str
     caption: str
     figure: Any
+    vector: bool = False
 
 
 @dataclass(frozen=True)

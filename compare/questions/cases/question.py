@@ -189,4 +189,5 @@ QUESTION = Question(
     tables=tables,
     drawings=drawings,
     values=values,
+    keep=True,
 )

@@ -208,4 +208,5 @@ QUESTION = Question(
     tables=tables,
     drawings=drawings,
     values=values,
+    keep=True,
 )
