@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+# letters from which a cell holds a sentence
+_SENTENCE = 44
+
 
 @dataclass(frozen=True)
 class Table:
@@ -26,6 +29,11 @@ class Table:
             return str(value) if isinstance(value, str) else format(value, spec)
 
         return [[text(v, s) for v, s in zip(row, self.formats, strict=True)] for row in self.rows]
+
+    def sentences(self) -> list[bool]:
+        """Of each column whether it holds sentences, which are set in lines and not in columns."""
+        cells = self.cells()
+        return [max((len(row[k]) for row in cells), default=0) >= _SENTENCE for k in range(len(self.columns))]
 
 
 @dataclass(frozen=True)

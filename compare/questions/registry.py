@@ -20,6 +20,7 @@ ORDER = (
     "cases",
     "skipping",
     "selection",
+    "figures",
     "threshold",
     "speed",
     "accuracy",
