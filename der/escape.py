@@ -13,7 +13,7 @@ from ribbonfem.results import History, SolverError
 from ribbonfem.scene import Scene
 
 from . import kernels
-from .motion import Run, policy_of
+from .motion import Loop, policy_of
 from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state
@@ -61,7 +61,7 @@ def escape(
     # the loop's ramp is over at time 1, where the motion starts
     ramp = kernels.Ramp(angle, angle, 1.0 + duration / unit, damping, -np.inf, until == "snap")
     policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
-    run = Run(rod, found.state, policy, 1, configurations, found.velocity, damping)
+    run = Loop(rod, found.state, policy, 1, configurations, found.velocity, damping)
     run.clock[kernels.TIME] = 1.0
     begin = clock_time.perf_counter()
     status = run.go(ramp)

@@ -156,10 +156,10 @@ def simulate(
     if method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(method)
-        Run(rod, state, policy._replace(step=1e-6), 1, False).go(
+        Loop(rod, state, policy._replace(step=1e-6), 1, False).go(
             ramp._replace(stop=1e-9 * ramp.rate, end=1e-9)
         )
-    run = Run(rod, state, policy, every, configurations)
+    run = Loop(rod, state, policy, every, configurations)
     begin = clock_time.perf_counter()
     status = run.go(ramp)
     seconds = clock_time.perf_counter() - begin
@@ -219,7 +219,7 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, angle: float) -> float:
     return min(energies, default=-np.inf)
 
 
-class Run:
+class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(

@@ -63,6 +63,10 @@ class InPlane:
         """As `Statics.observe`."""
         return self.statics.observe(state, parameter)
 
+    def energy(self, state: RodState) -> float:
+        """As `Statics.energy`."""
+        return self.statics.energy(state)
+
     def positions(self, state: RodState, parameter: float) -> Array:
         """As `Statics.positions`."""
         return self.statics.positions(state, parameter)

@@ -84,6 +84,7 @@ class Branch(Value):
     configurations: (rows, nodes, 3) positions in L.
     scene, policy, model: what it was made from.
     arclength: (nodes,) s/L of the nodes of the configurations.
+    energy: (rows,) elastic, in EI2/L; NaN where the program that made the branch does not say.
     """
 
     angle: Array
@@ -97,10 +98,13 @@ class Branch(Value):
     policy: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
     arclength: Array = None  # type: ignore[assignment]
+    energy: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if self.arclength is None:
             object.__setattr__(self, "arclength", _uniform(self.configurations))
+        if self.energy is None:
+            object.__setattr__(self, "energy", np.full(len(self.angle), np.nan))
         super().__post_init__()
 
     def __len__(self) -> int:

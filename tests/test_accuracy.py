@@ -8,7 +8,7 @@ import der
 from compare.__main__ import main as command
 from compare.questions.accuracy import question as accuracy
 from compare.questions.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
-from compare.questions.accuracy.fronts import Choice, distance, front, ranking
+from compare.questions.accuracy.fronts import Candidate, distance, front, ranking
 from compare.questions.accuracy.references import buckled, reference, small_slopes
 from compare.questions.registry import publish
 from compare.sweep import Sweep
@@ -19,7 +19,7 @@ REST = Scene(compression=0.40, shear=0.0, start="U+")
 
 def choice(label, seconds, error, default=False, **policy):
     errors = {"snap": error, "shape": error}
-    return Choice("dynamic-planar", "elastica", label, policy, default, 1, errors, errors, seconds)
+    return Candidate("dynamic-planar", "elastica", label, policy, default, 1, errors, errors, seconds)
 
 
 @pytest.fixture(scope="module")

@@ -126,7 +126,7 @@ def test_a_branch_is_a_data_frame_with_units():
     pytest.importorskip("pandas")
     branch = found("branch")
     frame = branch.to_pandas()
-    assert list(frame.columns) == ["angle", "height", "slope", "load", "stable"]
+    assert list(frame.columns) == ["angle", "height", "slope", "load", "energy", "stable"]
     assert frame["stable"].dtype == bool
     assert frame.attrs["folds"] == [fold.angle for fold in branch.folds]
     assert set(frame.attrs["units"]) == set(frame.columns)

@@ -44,6 +44,9 @@ class Toy:
     def observe(self, state, parameter):
         return float(state[0]), float(state[1]), 0.0
 
+    def energy(self, state):
+        return 0.0
+
     def positions(self, state, parameter):
         return np.array([[state[0], 0.0, state[1]]])
 

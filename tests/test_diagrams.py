@@ -5,12 +5,22 @@ import numpy as np
 import pytest
 
 import compare
+import der
 from compare.archive import from_bytes, to_bytes
-from compare.diagrams import Sample, runs, sampling, selection_diagram, skipping_diagram, threshold
+from compare.diagrams import (
+    Sample,
+    predictions,
+    runs,
+    sampling,
+    selection_diagram,
+    skipping_diagram,
+    threshold,
+)
 from compare.diagrams.edges import Line, search
 from compare.diagrams.sheet import both
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError
+from ribbonfem.delay import predict
 from ribbonfem.policy import PolicyError
 
 RATES, DAMPINGS = (0.05, 1.0, 3), (0.5, 30.0, 3)
@@ -205,6 +215,38 @@ def test_what_cannot_be_is_named(call, named):
         call()
 
 
+def test_the_pass_is_that_of_the_saddle():
+    scene = Scene(compression=0.40, shear=0.40, start="U+S-", rate=1.0)
+    needed = predictions.pass_of(der.equilibria(scene, nodes=31))
+    (fold,) = der.folds(scene, nodes=31)
+    for angle in (0.1, 0.3):
+        # along the curve itself: a ramp to the angle, so slow that it is at rest
+        ramp = replace(scene, rate=1e-3, stop=angle, damping=1e3)
+        rest = der.simulate(ramp, nodes=31, configurations=False, tolerance=1e-4).energies["elastic"][-1]
+        assert needed(angle) == pytest.approx(der.saddle(scene, angle, nodes=31).energy - rest, abs=2e-3)
+    assert 0.0 < needed(fold.angle - 0.02) < 0.1 * needed(0.1)
+    assert math.isnan(needed(fold.angle + 1e-3))
+
+
+def test_type_1_ends_where_energy_says():
+    """Where the first snap frees twenty times what the pass takes, the first swing decides."""
+    scene = Scene(compression=0.35, shear=0.40, start="U+S+", rate=0.03)
+    rates, dampings = np.array([0.01, 0.1]), np.array([0.1, 30.0])
+    base = runs.ground(scene, "der", {"nodes": 31})
+    curve = predictions.predictions(base, rates, dampings)
+    at = math.exp(np.interp(math.log(0.03), *np.log(curve[predictions.TYPE_1]).T))
+    assert runs.run_of(base, 0.03, at / 1.15).outcome == "type 1"
+    assert runs.run_of(base, 0.03, at * 1.15).outcome == "no skip"
+
+
+def test_the_table_of_delays_is_the_delay():
+    scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
+    form = der.normal_forms(scene, nodes=31)[0]
+    late = predictions.late_by(form, np.array([0.01, 1.0]), np.array([0.1, 30.0]))
+    for rate, damping in ((0.01, 0.1), (0.01, 30.0), (0.123, 4.56), (1.0, 0.1)):
+        assert late(rate, damping) == pytest.approx(predict(form, rate, damping).time, rel=1e-4)
+
+
 def test_public_names():
     for name in ("skipping_diagram", "selection_diagram", "threshold", "save", "load", "choose"):
         assert name in dir(compare)
@@ -217,12 +259,19 @@ def test_shares_do_not_depend_on_mesh_tolerance_or_model():
     with Sweep() as sweep:
         for rate, damping in ((0.01, 0.1), (0.03, 0.3), (0.05, 0.6)):
             shares = []
-            for policy in ({"nodes": 51}, {"nodes": 101}, {"nodes": 51, "tolerance": 1e-5}):
+            for policy in (
+                {"nodes": 51},
+                {"nodes": 101},
+                {"nodes": 51, "tolerance": 1e-5},
+                {"model": "kirchhoff", "extensible": True},
+                {"model": "kirchhoff", "extensible": True, "tolerance": 1e-6},
+            ):
+                # four cells that together are the one of half a width of 10^0.05
                 found = skipping_diagram(
                     0.40,
                     0.40,
-                    (rate * 10**-0.05, rate * 10**0.05, 2),
-                    (damping * 10**-0.05, damping * 10**0.05, 2),
+                    (rate * 10**-0.025, rate * 10**0.025, 2),
+                    (damping * 10**-0.025, damping * 10**0.025, 2),
                     samples=50,
                     boundaries=False,
                     sweep=sweep,

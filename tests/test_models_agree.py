@@ -1,11 +1,13 @@
 """Models that share no mechanics, in motion and at rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import der
 from compare.questions.crosscheck import edge_ratio
-from ribbonfem import Scene, delay, elastica, kirchhoff
+from ribbonfem import Scene, delay, elastica, kirchhoff, quasilinear
 
 BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, stop=1.175)
 PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.63)
@@ -85,3 +87,20 @@ def test_load_is_a_column_of_every_motion():
     at = [float(np.interp(0.25, history.angle, history.load)) for history in (rod, elements)]
     assert at[0] == pytest.approx(at[1], rel=5e-3)
     assert rod.load[0] == pytest.approx(-der.state(ramp, nodes=101).force[0], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("model", "scene", "policy"),
+    [
+        (quasilinear, BEAM, {"elements": 16}),
+        (elastica, BEAM, {"elements": 16}),
+        (elastica, BEAM, {"elements": 16, "extensible": True}),
+        (kirchhoff, PATH_1, {"elements": 8, "extensible": True}),
+        (der, PATH_1, {"nodes": 31}),
+    ],
+)
+def test_a_branch_and_a_motion_have_one_energy(model, scene, policy):
+    branch = model.equilibria(scene, span=(-0.1, 0.6), **policy)
+    start = np.flatnonzero(branch.angle == 0.0)[0]
+    motion = model.simulate(replace(scene, stop=1e-3), **policy)
+    assert branch.energy[start] == pytest.approx(motion.energies["elastic"][0], rel=1e-9)

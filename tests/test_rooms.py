@@ -17,7 +17,7 @@ PROBLEM = {
     f"ribbonfem.{n}" for n in ("ribbon", "scene", "results", "values", "policy", "image", "names", "growing")
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
-PROBLEM |= {"ribbonfem.declared", "ribbonfem.tableaus"}
+PROBLEM |= {"ribbonfem.declared", "ribbonfem.outcomes", "ribbonfem.tableaus"}
 GENERIC = ("compiled", "elements", "closed_form", "continuation", "stepping", "delay")
 MATHEMATICS = {f"ribbonfem.{n}" for n in GENERIC}
 ELEMENTS = {f"ribbonfem.{n}" for n in ("quasilinear", "elastica", "kirchhoff")}

@@ -1,52 +1,169 @@
-"""What a diagram of skipping should look like without a run, from statics alone.
+"""What a diagram of skipping should look like without a ramp, from statics and one escape from a fold.
 
 Type 2: the first snap is so late that U+S- is gone.  Its delay at alpha_c1, from the fold's normal form,
-reaches alpha_c2 on a curve in rate and damping.  The leading order of the delay is long by a constant time
-(`ribbonfem.delay`), so that the curve holds where delays are long against that time: slow and overdamped.
+reaches alpha_c2 on a curve in rate and damping.  It holds where damping is weak: a damped ribbon creeps
+on towards U+S- for a while, and skips it at lower rates.  (It is the leading order of `ribbonfem.delay`,
+the instant at which the normal form blows up.  The next order's is that of t_z = 0, which comes before
+it is decided where the ribbon goes.)
+
+Type 1: the energy that the first snap sets free carries the ribbon over the pass from U+S- to U-.  Released
+at alpha_c1, it loses exp(-nu T) on its first swing, T the period of U+S-; the pass is that of the angle
+at which the ribbon gets there, half a period behind the first snap.  It holds where energy abounds (within
+15 % where the first snap frees ten times what the pass needs); where it hardly suffices the ribbon has to
+find its way over in several swings, and the curve lies above the true one: no type 1 beyond it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from compare.models import MODELS
-from ribbonfem import SolverError
-from ribbonfem.delay import NormalForm, predict
-from ribbonfem.results import Array
+from ribbonfem import Branch, SolverError
+from ribbonfem.delay import NormalForm, lead, universal
+from ribbonfem.results import MESH, Array
 
 from .runs import Ground
 
-_CURVE = 25
+TYPE_1 = "type 1: the energy of the first snap reaches the pass to U-"
+TYPE_2 = "type 2: the delay at alpha_c1 reaches alpha_c2"
+_CURVE, _SCAN, _TABLE = 25, 120, 33
 
 
-def _type_2(form: NormalForm, window: float, rates: Array, dampings: Array) -> Array:
+def late_by(form: NormalForm, rates: Array, dampings: Array) -> Callable[[float, float], float]:
+    """The leading order of the delay (s) by rate and damping, tabulated over the axes: to 1e-4 of it."""
+    taus = (form.product * np.array([rates[0], rates[-1]])) ** -0.2
+    friction = np.geomspace(0.9 * dampings[0] * taus.min(), 1.1 * dampings[-1] * taus.max(), _TABLE)
+    table = PchipInterpolator(np.log(friction), [math.log(universal(float(value))) for value in friction])
+
+    def late(rate: float, damping: float) -> float:
+        tau = float((form.product * rate) ** -0.2)
+        return tau * math.exp(float(table(math.log(damping * tau))))
+
+    return late
+
+
+def _type_2(late: Callable[[float, float], float], window: float, rates: Array, dampings: Array) -> Array:
     """Rate at which the delay equals the window between the folds, by damping; rows within the axes."""
 
-    def late(log_rate: float, damping: float) -> float:
-        return predict(form, math.exp(log_rate), damping).angle - window
+    def beyond(log_rate: float, damping: float) -> float:
+        rate = math.exp(log_rate)
+        return rate * late(rate, damping) - window
 
-    low, high = math.log(rates[0]) - 1.0, math.log(rates[-1]) + 1.0
+    low, high = math.log(rates[0]), math.log(rates[-1])
     found = []
     for damping in np.geomspace(dampings[0], dampings[-1], _CURVE):
-        if late(low, damping) < 0.0 < late(high, damping):
-            found.append((math.exp(brentq(late, low, high, args=(damping,), xtol=1e-4)), float(damping)))
+        if beyond(low, damping) < 0.0 < beyond(high, damping):
+            found.append((math.exp(brentq(beyond, low, high, args=(damping,), xtol=1e-4)), float(damping)))
+    return np.array(found).reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What a ribbon that leaves U+S+ at its fold needs to pass U+S-.
+
+    Attributes
+    ----------
+    angle: alpha_c1, rad.
+    late: the leading order of the delay, s, of a rate and a damping.
+    lead: by how much t_z = 0 precedes the end of the normal form, s.
+    energy: set free, over U+S- at alpha_c1, EI2/L.
+    needed: of an angle, the height of the pass over U+S-, EI2/L; NaN where there is none.
+    period: of the lowest vibration of U+S-, s.
+    """
+
+    angle: float
+    late: Callable[[float, float], float]
+    lead: float
+    energy: float
+    needed: Callable[[float], float]
+    period: float
+
+    def spare(self, rate: float, damping: float) -> float:
+        """Logarithm of the energy at the pass over what it takes; infinite where the pass is gone."""
+        there = self.late(rate, damping) - self.lead + 0.5 * self.period
+        needed = self.needed(self.angle + rate * there)
+        if not needed > 0.0:
+            return math.inf
+        return math.log(self.energy / needed) - damping * self.period
+
+
+def pass_of(branch: Branch) -> Callable[[float], float]:
+    """Energy of the saddle to U- over U+S- by angle, from the curve through U+S-.
+
+    NaN where there is none, and closer to their fold than the curve has points.
+    """
+    angle, energy = np.asarray(branch.angle), np.asarray(branch.energy)
+    k = int(np.flatnonzero(angle == 0.0)[0])
+    forth = slice(k, None) if k + 1 < len(angle) and angle[k + 1] > 0.0 else slice(k, None, -1)
+    angle, energy = angle[forth], energy[forth]
+    # up along U+S-, and back along the saddle
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(angle)))) + 1
+    if not len(turns):
+        raise SolverError("U+S- has no fold, so that there is no pass to U-")
+    top, last = turns[0], turns[1] if len(turns) > 1 else len(angle) - 1
+    well = PchipInterpolator(angle[: top + 1], energy[: top + 1], extrapolate=False)
+    over = PchipInterpolator(angle[last:top:-1], energy[last:top:-1], extrapolate=False)
+    return lambda at: float(over(at) - well(at))
+
+
+def swing(
+    base: Ground, angle: float, late: Callable[[float, float], float], mesh: Mapping[str, Any]
+) -> Swing:
+    """The swing of a diagram's ribbon.
+
+    Raises
+    ------
+    SolverError
+        If U+S- has no fold, or its curve no pass at alpha_c1.
+    """
+    model: Any = MODELS[base.model]
+    well = replace(base.scene, start="U+S-", rate=1.0)
+    needed = pass_of(model.equilibria(well, **mesh))
+    at = needed(angle)
+    if not at > 0.0:
+        raise SolverError(f"no pass from U+S- to U- at alpha_c1 = {angle:.6g}")
+    energy = at + model.skipping_bound(base.scene, **mesh)
+    period = 2.0 * math.pi / float(model.frequencies(well, count=1, **mesh)[0])
+    before = lead(model, base.scene, 0, "first snap", **mesh)[1].time
+    return Swing(angle, late, before, energy, needed, period)
+
+
+def _type_1(ribbon: Swing, rates: Array, dampings: Array) -> Array:
+    """The largest damping at which the first swing still reaches the pass, by rate; rows within the axes."""
+    scan = np.geomspace(dampings[-1], dampings[0], _SCAN)
+    found = []
+    for rate in np.geomspace(rates[0], rates[-1], _CURVE):
+        spare = [ribbon.spare(float(rate), float(damping)) for damping in scan]
+        for k in range(_SCAN - 1):
+            if spare[k] <= 0.0 < spare[k + 1] < math.inf:
+                share = spare[k] / (spare[k] - spare[k + 1])
+                found.append((float(rate), float(scan[k] * (scan[k + 1] / scan[k]) ** share)))
+                break
     return np.array(found).reshape(-1, 2)
 
 
 def predictions(base: Ground, rates: Array, dampings: Array) -> Mapping[str, Array]:
-    """Curves (k, 2) of rates and dampings by name; what a model does not offer is left out."""
+    """Curves (k, 2) of rates and dampings by name; what statics do not offer is left out."""
     model: Any = MODELS[base.model]
     window = base.folds[1].angle - base.folds[0].angle
     if not hasattr(model, "normal_forms") or window <= 0.0:
         return {}
-    mesh = {name: value for name, value in base.policy.items() if name in ("nodes", "clamp", "elements")}
+    mesh = {name: value for name, value in base.policy.items() if name in MESH}
+    curves = {}
     try:
         form = model.normal_forms(base.scene, **mesh)[0]
+        late = late_by(form, rates, dampings)
+        curves[TYPE_2] = _type_2(late, window, rates, dampings)
+        middle = replace(base.scene, damping=math.sqrt(dampings[0] * dampings[-1]))
+        curves[TYPE_1] = _type_1(swing(replace(base, scene=middle), form.angle, late, mesh), rates, dampings)
     except SolverError:
-        return {}
-    return {"type 2: the delay at alpha_c1 reaches alpha_c2": _type_2(form, window, rates, dampings)}
+        # a curve that statics do not give is not drawn
+        pass
+    return curves

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-import der
 from compare.models import MODELS
 from ribbonfem import Fold, History, Scene, SolverError
+from ribbonfem.outcomes import classify, name_by_signs
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
@@ -108,7 +108,7 @@ def _stable_at(
                 side * float((1.0 - share) * column[k] + share * column[k + 1])
                 for column in (curve.height, curve.slope)
             )
-            found.append((der.modes.name_by_signs(height, slope), height, slope))
+            found.append((name_by_signs(height, slope), height, slope))
     return tuple(found)
 
 
@@ -133,7 +133,7 @@ def _shape(history: History, stable: tuple[tuple[str, float, float], ...]) -> st
     )
     near = [state for state in stable if state[1] * height > 0.0]
     if not near:
-        return der.modes.name_by_signs(height, slope)
+        return name_by_signs(height, slope)
     # heights are in L and slopes up to 1: three tenths of a slope weigh as much as a height
     return min(near, key=lambda state: math.hypot(state[1] - height, 0.3 * (state[2] - slope)))[0]
 
@@ -157,7 +157,7 @@ def run_of(base: Ground, rate: float, damping: float) -> Sample:
     if selection:
         shape = _shape(history, base.stable)
         return Sample(rate, damping, shape, snaps[0], snaps[1], "the shape it comes to rest in")
-    found = der.modes.classify(history, base.folds)
+    found = classify(history, base.folds)
     return Sample(rate, damping, found.kind, snaps[0], snaps[1], found.reason)
 
 

@@ -13,6 +13,7 @@ from compare.face.section import Table
 from compare.face.style import figure
 from ribbonfem.values import html_table
 
+from .predictions import TYPE_1, TYPE_2
 from .record import Diagram
 
 COLOURS = {
@@ -26,6 +27,8 @@ COLOURS = {
     "U-S+": "#c1121f",
     "U-S-": "#f4a261",
 }
+
+DASHES: Mapping[str, str] = {TYPE_1: ":", TYPE_2: "--"}
 
 
 @dataclass(frozen=True)
@@ -194,9 +197,9 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
             )
         point = (b.value, b.other) if along else (b.other, b.value)
         axes.plot(*point, "k.", ms=3.2)
-    for curve in diagram.predicted.values():
+    for name, curve in diagram.predicted.items():
         if len(curve):
-            axes.plot(curve[:, 0], curve[:, 1], "k--", lw=1.1)
+            axes.plot(curve[:, 0], curve[:, 1], color="black", ls=DASHES.get(name, "--"), lw=1.1)
     for failed in diagram.failed:
         axes.plot(failed.rate, failed.damping, "x", ms=4, color="red")
     for case in named:
@@ -230,10 +233,9 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
         Line2D([], [], marker=".", ls="", color="black", label="change, to 1 %"),
         Line2D([], [], color="black", lw=2.6, alpha=0.45, label="band of both"),
     ]
-    if any(len(curve) for d in diagrams for curve in d.predicted.values()):
-        handles.append(
-            Line2D([], [], color="black", ls="--", lw=1.1, label="delay reaches $\\alpha_{c2}$ (no run)")
-        )
+    for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
+        line = DASHES.get(name, "--")
+        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=f"{name} (no run)"))
     if any(named.get(d.scene.compression) for d in diagrams):
         handles.append(
             Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")

@@ -17,6 +17,7 @@ _COLUMNS = {
     "slope": ("z-component of the tangent at midspan", "1"),
     "load": ("compressive force along x", "EI2/L^2"),
     "stable": ("whether the equilibrium is stable", "1"),
+    "energy": ("elastic energy", "EI2/L"),
     "kinetic": ("kinetic energy", "EI2/L"),
     "elastic": ("elastic energy", "EI2/L"),
     "dissipated": ("energy that damping took", "EI2/L"),
@@ -26,6 +27,7 @@ _COLUMNS = {
     "s": ("arclength of the nodes", "L"),
 }
 _STATES = ("angle", "height", "slope", "load")
+_REST = (*_STATES, "energy")
 
 
 def _library(name: str, method: str) -> Any:
@@ -49,7 +51,7 @@ def _motion(history: History) -> dict[str, Any]:
 
 
 def _branch(branch: Branch) -> dict[str, Any]:
-    return {name: np.array(getattr(branch, name)) for name in (*_STATES, "stable")}
+    return {name: np.array(getattr(branch, name)) for name in (*_REST, "stable")}
 
 
 def _frame(result: History | Branch, columns: dict[str, Any]) -> Any:
@@ -80,8 +82,8 @@ def branch_frame(branch: Branch) -> Any:
 
     Returns
     -------
-    Columns angle (rad), height (L), slope, load (EI2/L^2), stable; `attrs` has the units by column, the
-    angles of the folds (rad), and model, scene and policy.
+    Columns angle (rad), height (L), slope, load (EI2/L^2), energy (EI2/L), stable; `attrs` has the units
+    by column, the angles of the folds (rad), and model, scene and policy.
 
     Raises
     ------
@@ -144,7 +146,7 @@ def branch_dataset(branch: Branch) -> Any:
 
     Returns
     -------
-    Variables angle, height, slope, load and stable, (row,), and positions, (row, node, axis) in L;
+    Variables angle, height, slope, load, energy and stable, (row,), and positions, (row, node, axis) in L;
     coordinates s (node,) in L, axis. Each has its `units`; the set has folds (rad), model, scene, policy.
 
     Raises

@@ -53,7 +53,7 @@ class Strip:
 
 
 def state_name(height: float, slope: float) -> str:
-    """The name of a shape by its signs, as `der.modes` names it; level ones have no letter."""
+    """The name of a shape by its signs, as `ribbonfem.outcomes` names it; level ones have no letter."""
     u = "" if abs(height) < 1e-6 else "U+" if height > 0.0 else "U-"
     if abs(slope) < 1e-6 or not u:
         return u

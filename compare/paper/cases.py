@@ -13,6 +13,7 @@ from compare.chooser.climb import SCATTER
 from compare.limits import edge_ratio, two_point
 from compare.models import MESH, MODELS, warm_up
 from ribbonfem import History, Scene, SolverError
+from ribbonfem.outcomes import classify
 
 from .named import Case
 
@@ -62,7 +63,7 @@ class CaseVerdict:
 
 def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
     """The outcome of a run of a case, and why."""
-    found = der.modes.classify(history, folds)
+    found = classify(history, folds)
     return (found.final or "none", found.reason) if case.kind == "selection" else (found.kind, found.reason)
 
 

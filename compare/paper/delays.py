@@ -117,7 +117,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Escape:
+class SystemLead:
     """By how much the snap of a system precedes the end of its fold's normal form, and the doubt of it, s."""
 
     system: str
@@ -125,15 +125,15 @@ class Escape:
     lead: Lead
 
 
-def escape(name: str, damping: float) -> Escape:
+def escape(name: str, damping: float) -> SystemLead:
     """The escape of a system from its first fold."""
     system = SYSTEMS[name]
     scene = replace(system.scene, damping=damping)
     quantity = "snap" if system.quantity == "height" else "first snap"
-    return Escape(name, damping, lead(system.model, scene, 0, quantity, **system.mesh)[1])
+    return SystemLead(name, damping, lead(system.model, scene, 0, quantity, **system.mesh)[1])
 
 
-def escaped(arguments: tuple[str, float]) -> Escape:
+def escaped(arguments: tuple[str, float]) -> SystemLead:
     """`escape` of a pair of arguments, for a sweep."""
     return escape(*arguments)
 
@@ -223,7 +223,7 @@ class Delays:
     forms: dict[str, NormalForm]
     dampings: tuple[float, ...]
     cells: tuple[Cell, ...]
-    escapes: tuple[Escape, ...] = ()
+    escapes: tuple[SystemLead, ...] = ()
 
     def of(self, name: str, damping: float) -> list[Cell]:
         """The delays of a system at a damping."""

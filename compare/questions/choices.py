@@ -33,7 +33,7 @@ WORDS = {"met": "met", "missed": "missed", "told": "not met, and said so", "sens
 
 
 @dataclass(frozen=True)
-class Verdict:
+class SceneVerdict:
     """A scene, what was chosen for it, and how that turned out.
 
     `truth` and `doubt`: the reference and its own error; `error` is the chosen way's, against it.
@@ -116,7 +116,7 @@ def reference(scene: Scene) -> tuple[float | None, float]:
     return limit, doubt + abs(values[3] - values[0])
 
 
-def judge(scene: Scene, tolerance: float) -> Verdict:
+def judge(scene: Scene, tolerance: float) -> SceneVerdict:
     """Choose, run, and compare with the reference and with a rod of 101 nodes."""
     begin = time.process_time()
     chosen = choose(scene, tolerance)
@@ -144,7 +144,7 @@ def judge(scene: Scene, tolerance: float) -> Verdict:
         verdict = "met"
     else:
         verdict = "missed" if answer.met else "told"
-    return Verdict(
+    return SceneVerdict(
         kind="planar" if scene.planar else "ribbon",
         compression=scene.compression,
         shear=scene.shear,
@@ -168,11 +168,11 @@ def judge(scene: Scene, tolerance: float) -> Verdict:
     )
 
 
-def _judge(arguments: tuple[Scene, float]) -> Verdict:
+def _judge(arguments: tuple[Scene, float]) -> SceneVerdict:
     return judge(*arguments)
 
 
-def _summary(verdicts: Sequence[Verdict], kind: str) -> list[Any]:
+def _summary(verdicts: Sequence[SceneVerdict], kind: str) -> list[Any]:
     """A row: scenes, judged, met, missed, worst, told, sensitive, cost."""
     group = [v for v in verdicts if v.kind == kind]
     judged = [v for v in group if v.verdict != "sensitive"]
@@ -196,7 +196,7 @@ def _summary(verdicts: Sequence[Verdict], kind: str) -> list[Any]:
     ]
 
 
-def _draw(verdicts: Sequence[Verdict]) -> Any:
+def _draw(verdicts: Sequence[SceneVerdict]) -> Any:
     """Error over tolerance, and the time saved, against the tolerance."""
     fig, (left, right) = figure(2, width=5.4, height=3.8)
     models = sorted({v.model for v in verdicts})
@@ -227,7 +227,7 @@ def _draw(verdicts: Sequence[Verdict]) -> Any:
     return fig
 
 
-def _by_model(verdicts: Sequence[Verdict]) -> list[list[Any]]:
+def _by_model(verdicts: Sequence[SceneVerdict]) -> list[list[Any]]:
     """A row for each model and half: scenes, met, median time and error."""
     rows: list[list[Any]] = []
     for kind in ("planar", "ribbon"):
@@ -249,15 +249,15 @@ class Choices:
     """What was found: each scene's verdict, and the seed that drew them."""
 
     seed: int
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[SceneVerdict, ...]
 
     @property
-    def judged(self) -> list[Verdict]:
+    def judged(self) -> list[SceneVerdict]:
         """Those that the reference settles."""
         return [v for v in self.verdicts if v.verdict != "sensitive"]
 
     @property
-    def unsettled(self) -> list[Verdict]:
+    def unsettled(self) -> list[SceneVerdict]:
         """Those that it does not."""
         return [v for v in self.verdicts if v.verdict == "sensitive"]
 

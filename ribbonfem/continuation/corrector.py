@@ -71,6 +71,10 @@ class Problem(Protocol[State]):
         """Positions (nodes, 3) in L."""
         ...
 
+    def energy(self, state: State) -> float:
+        """Elastic energy in EI2/L."""
+        ...
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -134,7 +138,7 @@ class Point(Generic[State]):
     bend: tuple[Array, float] | None = field(default=None, repr=False)
 
 
-class Failed(Exception):
+class NotConverged(Exception):
     """A corrector that did not converge; the caller shortens the step."""
 
 
@@ -196,13 +200,13 @@ def tangent(
 
     Raises
     ------
-    Failed
+    NotConverged
         If there is none: the factorisation broke down, as it may on a mesh far too coarse.
     """
     row, corner = problem.weight * direction, problem.parameter_weight * rate
     u, p = bordered_solve(line, row, corner, np.zeros_like(direction), 1.0)
     if not (abs(p) < 1e100 and np.abs(u).max() < 1e100):
-        raise Failed
+        raise NotConverged
     size = norm(problem, u, p)
     return u / size, p / size
 
@@ -242,7 +246,7 @@ def correct(
         size = norm(problem, increment, change)
         # a correction that is large against the step may land on a curve that passes nearby
         if not size <= steps.correction * max(step, 1e-3):
-            raise Failed
+            raise NotConverged
         parameter += change
         state = problem.advance(state, increment, parameter)
         if size < steps.tolerance:
@@ -254,7 +258,7 @@ def correct(
                 direction, rate = -column / length, float(1.0 / length)
             end = Point(state, parameter, direction, rate, line.index, line, step, iteration)
             return replace(end, bend=bend(problem, base, end, end)) if step else end
-    raise Failed
+    raise NotConverged
 
 
 def bend(

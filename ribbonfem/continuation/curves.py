@@ -40,6 +40,7 @@ class Curve:
     folds: tuple[Fold, ...]
     branch_points: tuple[Fold, ...]
     positions: Array
+    energy: Array
 
     def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str, arclength: Array) -> Branch:
         """The same curve as a `Branch` that carries what it was made from."""
@@ -57,6 +58,7 @@ class Curve:
             policy=dict(policy),
             model=model,
             arclength=arclength,
+            energy=self.energy,
         )
 
 
@@ -114,6 +116,7 @@ def whole_curve(
         folds=tuple(as_fold(problem, event.point) for event in events if event.kind == "fold"),
         branch_points=tuple(as_fold(problem, event.point) for event in events if event.kind != "fold"),
         positions=np.stack([problem.positions(point.state, point.parameter) for point in points]),
+        energy=np.array([problem.energy(point.state) for point in points]),
     )
 
 

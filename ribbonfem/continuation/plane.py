@@ -13,7 +13,7 @@ from dataclasses import replace
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene
 
-from .corrector import Failed, Point, Problem, State, Steps, correct, first_point, inside
+from .corrector import NotConverged, Point, Problem, State, Steps, correct, first_point, inside
 from .tracing import Segment, trace
 
 # the index is looked at once a step
@@ -79,7 +79,7 @@ def _first(
         middle = 0.5 * (low + high)
         try:
             point = correct(problem, base, middle, Steps())
-        except Failed as error:
+        except NotConverged as error:
             raise SolverError(
                 f"no state found between {base.parameter:.9g} and {end.parameter:.9g} rad"
             ) from error

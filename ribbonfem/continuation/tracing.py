@@ -19,8 +19,8 @@ from scipy.optimize import brentq
 from ribbonfem.results import Array, SolverError
 
 from .corrector import (
-    Failed,
     Linearisation,
+    NotConverged,
     Point,
     Problem,
     State,
@@ -81,7 +81,7 @@ def at_parameter(
 
     try:
         near = correct(problem, base, brentq(off, after, length, xtol=1e-5 * length), steps)
-    except (Failed, ValueError) as error:
+    except (NotConverged, ValueError) as error:
         raise SolverError(
             f"parameter {target:.9g} was not found between {base.parameter:.9g} and "
             f"{segment.end.parameter:.9g}, on a step of {length:.3g} in arclength"
@@ -90,7 +90,7 @@ def at_parameter(
     state, line = equilibrium(problem, state, target)
     try:
         direction, rate = tangent(problem, line, near.direction, near.rate)
-    except Failed as error:
+    except NotConverged as error:
         raise SolverError(
             f"the curve of equilibria has no tangent at parameter {target:.9g}: its factorisation broke down"
         ) from error
@@ -271,7 +271,7 @@ def trace(
                 if events is not None:
                     segment = _ended(problem, point, Segment(base, end, events), span, steps)
                     break
-            except (Failed, SolverError):
+            except (NotConverged, SolverError):
                 # also of a solve inside the step: a shorter one has a better predictor
                 pass
             step *= 0.5
@@ -307,7 +307,7 @@ def switch(
     )
     try:
         return correct(problem, side, abs(amplitude), steps)
-    except Failed as error:
+    except NotConverged as error:
         raise SolverError(
             f"no second curve found at {amplitude:g} along the null vector of the branch point at "
             f"parameter {base.parameter:.9g}"

@@ -175,6 +175,14 @@ class Statics:
         )
         return x, z
 
+    def energy(self, state: _State) -> float:
+        """Elastic energy in EI2/L, of bending and of stretch."""
+        mesh = self.mesh
+        local = state.phi[mesh.dofs]
+        bending = float(np.einsum("ei,eij,ej->", local, self.stiffness, local))
+        along = self._section(state)[2]
+        return 0.5 * bending + 0.5 * self.compliance * float((mesh.dx * along**2).sum())
+
     def shape(self, state: _State) -> tuple[Array, Array]:
         """Dofs of x and z, by quadrature from the left clamp."""
         cos, sin, along, _ = self._section(state)

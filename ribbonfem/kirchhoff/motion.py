@@ -247,7 +247,7 @@ def ramp_of(
     )
 
 
-class Run:
+class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
@@ -334,10 +334,10 @@ def integrate(
     if not _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm = True
-        Run(rod, scheme, begin(), False, problem.arclength).go(
+        Loop(rod, scheme, begin(), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )
-    run = Run(rod, scheme, begin(), configurations, problem.arclength)
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

@@ -106,6 +106,10 @@ class Statics:
         z[1] = -turning * self.compression**-0.5
         return np.append((self.mass @ z)[self.free], 0.0)
 
+    def energy(self, state: _State) -> float:
+        """Elastic energy in EI2/L."""
+        return 0.5 * self.compression * float(state.z @ (self.stiffness @ state.z))
+
     def middle_weights(self) -> tuple[NDArray[np.int64], Array, Array]:
         """Dofs, and their weights in Z and in Z' at midspan (inside an element, if their number is odd)."""
         n, h = self.elements, 1.0 / self.elements

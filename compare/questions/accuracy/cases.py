@@ -34,7 +34,7 @@ _NAMED = ("elements", "nodes", "clamp", "method", "step", "tolerance")
 
 
 @dataclass(frozen=True)
-class Case:
+class Bench:
     """A scene of a group.
 
     In motion, shape and energy are compared at the angle `look`, late in the slow part of the
@@ -62,17 +62,17 @@ def _ribbon(compression: float, shear: float, rate: float, damping: float, stop:
 
 
 CASES = (
-    Case("static-planar", "0.40", _planar(0.40)),
-    Case("static-planar", "0.10", _planar(0.10)),
-    Case("static-ribbon", "0.40-0.40-U+S+", Scene(compression=0.40, shear=0.40, start="U+S+")),
-    Case("static-ribbon", "0.40-0.37-U+S-", Scene(compression=0.40, shear=0.37, start="U+S-")),
-    Case("dynamic-planar", "0.40-rate0.1-nu1", _planar(0.40, 0.1, 1.0, 1.5), 1.13, 2e-3),
-    Case("dynamic-planar", "0.40-rate1-nu0.1", _planar(0.40, 1.0, 0.1, 2.5), 1.20, 2.5e-4),
-    Case("dynamic-planar", "0.20-rate0.1-nu1", _planar(0.20, 0.1, 1.0, 1.2), 0.81, 2e-3),
-    Case("dynamic-planar", "0.40-rate0.03-nu10", _planar(0.40, 0.03, 10.0, 1.5), 1.13, 4e-3),
-    Case("dynamic-ribbon", "0.40-0.37-rate0.1-nu1", _ribbon(0.40, 0.37, 0.1, 1.0, 1.0), 0.58),
-    Case("dynamic-ribbon", "0.40-0.37-rate1-nu10", _ribbon(0.40, 0.37, 1.0, 10.0, 2.5), 0.75),
-    Case("dynamic-ribbon", "0.35-0.40-rate0.1-nu0.1", _ribbon(0.35, 0.40, 0.1, 0.1, 1.2), 0.33),
+    Bench("static-planar", "0.40", _planar(0.40)),
+    Bench("static-planar", "0.10", _planar(0.10)),
+    Bench("static-ribbon", "0.40-0.40-U+S+", Scene(compression=0.40, shear=0.40, start="U+S+")),
+    Bench("static-ribbon", "0.40-0.37-U+S-", Scene(compression=0.40, shear=0.37, start="U+S-")),
+    Bench("dynamic-planar", "0.40-rate0.1-nu1", _planar(0.40, 0.1, 1.0, 1.5), 1.13, 2e-3),
+    Bench("dynamic-planar", "0.40-rate1-nu0.1", _planar(0.40, 1.0, 0.1, 2.5), 1.20, 2.5e-4),
+    Bench("dynamic-planar", "0.20-rate0.1-nu1", _planar(0.20, 0.1, 1.0, 1.2), 0.81, 2e-3),
+    Bench("dynamic-planar", "0.40-rate0.03-nu10", _planar(0.40, 0.03, 10.0, 1.5), 1.13, 4e-3),
+    Bench("dynamic-ribbon", "0.40-0.37-rate0.1-nu1", _ribbon(0.40, 0.37, 0.1, 1.0, 1.0), 0.58),
+    Bench("dynamic-ribbon", "0.40-0.37-rate1-nu10", _ribbon(0.40, 0.37, 1.0, 10.0, 2.5), 0.75),
+    Bench("dynamic-ribbon", "0.35-0.40-rate0.1-nu0.1", _ribbon(0.35, 0.40, 0.1, 0.1, 1.2), 0.33),
 )
 
 
@@ -147,7 +147,7 @@ _TWO_NODE = ((101, 1e-3), (101, 1e-4), (201, 1e-4), (401, 1e-4))
 class Entry:
     """One row of the report before it is measured: a case, a family and a full policy."""
 
-    case: Case
+    case: Bench
     family: Family
     policy: Mapping[str, Any]
     default: bool
@@ -233,7 +233,7 @@ def entries(group: str, family: Family) -> list[Entry]:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Reading:
     """What one run gave: values by quantity, CPU seconds of the solve, accepted steps; or how it failed."""
 
     values: Mapping[str, float | Array | Shape]
@@ -280,7 +280,7 @@ def _warm_up(entry: Entry) -> None:
         fold_angles(model, entry.case.scene, {**entry.family.fixed, **policy})
 
 
-def measure(entry: Entry) -> Measured:
+def measure(entry: Entry) -> Reading:
     """Run an entry once."""
     model, scene = entry.family.model, entry.case.scene
     policy = {**entry.family.fixed, **entry.policy}
@@ -289,12 +289,12 @@ def measure(entry: Entry) -> Measured:
         if entry.case.dynamic:
             history, seconds = run(model, scene, {**policy, "until": "snap"})
             values = observed(history, model, entry.case.look)
-            return Measured(values, seconds, int(history.stats["steps"]))
+            return Reading(values, seconds, int(history.stats["steps"]))
         angles, seconds = fold_angles(model, scene, policy)
         rest = at_rest(model, scene, policy)
-        return Measured({"fold": angles, "shape": rest.shape, "energy": rest.energy}, seconds)
+        return Reading({"fold": angles, "shape": rest.shape, "energy": rest.energy}, seconds)
     except SolverError as error:
-        return Measured({}, float("nan"), None, str(error).splitlines()[0])
+        return Reading({}, float("nan"), None, str(error).splitlines()[0])
 
 
 def seconds_of(entry: Entry) -> float:

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter
 from compare.face.style import figure
 from compare.measures.convergence import Convergence
 
-from .fronts import Choice, front
+from .fronts import Candidate, front
 from .orders import Study
 
 _COLOURS = {
@@ -50,7 +50,7 @@ _TITLES = {
 
 
 def _draw_group(
-    axes: Any, group: str, found: Mapping[tuple[str, str], Sequence[Choice]], quantity: str
+    axes: Any, group: str, found: Mapping[tuple[str, str], Sequence[Candidate]], quantity: str
 ) -> None:
     methods: set[str | None] = set()
     open_marks = False
@@ -108,7 +108,7 @@ def _draw_group(
     axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def draw_fronts(found: Mapping[tuple[str, str], Sequence[Choice]], primary: Mapping[str, str]) -> Any:
+def draw_fronts(found: Mapping[tuple[str, str], Sequence[Candidate]], primary: Mapping[str, str]) -> Any:
     """A panel a group: every policy a mark, the fronts lines, the defaults stars."""
     groups = list(primary)
     columns = min(2, len(groups))

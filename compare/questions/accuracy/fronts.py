@@ -56,7 +56,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Candidate:
     """A policy over all cases of a group: root mean square of its errors, sum of its CPU seconds.
 
     `settled` is the largest error of it and of all that are at least as fine in mesh and step: errors
@@ -92,7 +92,7 @@ def _finer(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
     )
 
 
-def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Choice]:
+def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Candidate]:
     """The rows of one family in one group, one choice a policy; those that failed in any case are left out.
 
     `floor` is the uncertainty of a row's reference: an error below it says no more.
@@ -114,7 +114,7 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Cho
         finer = [other for other, its in good.items() if _finer(its[0].entry.policy, policy)]
         settled = {name: max(errors[other][name] for other in finer) for name in errors[label]}
         found.append(
-            Choice(
+            Candidate(
                 mine[0].entry.case.group,
                 mine[0].entry.family.name,
                 label,
@@ -129,19 +129,19 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Cho
     return found
 
 
-def front(found: Sequence[Choice], quantity: str) -> list[Choice]:
+def front(found: Sequence[Candidate], quantity: str) -> list[Candidate]:
     """Those that none other beats in both seconds and settled error, the quickest first.
 
     The gain in error must be worth the name (`WORTH`), else rounding would choose among equals.
     """
-    members: list[Choice] = []
+    members: list[Candidate] = []
     for choice in sorted(found, key=lambda c: (c.seconds, c.settled[quantity])):
         if not members or choice.settled[quantity] < WORTH * members[-1].settled[quantity]:
             members.append(choice)
     return members
 
 
-def distance(choice: Choice, members: Sequence[Choice], quantity: str) -> float:
+def distance(choice: Candidate, members: Sequence[Candidate], quantity: str) -> float:
     """Its CPU seconds over those of the front at the same error, on straight lines in log-log.
 
     1 on the front, and for one left of it, whose gain in error was not worth a place there.  Of an

@@ -26,16 +26,16 @@ from .cases import (
     FAMILIES,
     GROUPS,
     STATIC,
-    Case,
+    Bench,
     Entry,
     Family,
-    Measured,
+    Reading,
     entries,
     error_of,
     measure,
     seconds_of,
 )
-from .fronts import Choice, Ranking, Row, choices, front, ranking
+from .fronts import Candidate, Ranking, Row, choices, front, ranking
 from .references import Reference, kind_of, reference
 from .tables import (
     defaults_of_fronts,
@@ -86,12 +86,12 @@ def _select(group: str, model: str, row: str) -> list[Entry]:
     return found
 
 
-def _reference(work: tuple[Case, Family]) -> Reference:
+def _reference(work: tuple[Bench, Family]) -> Reference:
     return reference(*work)
 
 
 def _references(selected: Sequence[Entry], sweep: Sweep) -> dict[KeyOf, Reference]:
-    work: dict[KeyOf, tuple[Case, Family]] = {}
+    work: dict[KeyOf, tuple[Bench, Family]] = {}
     for entry in selected:
         work.setdefault(_key_of(entry), (entry.case, entry.family))
     found = sweep("references", _reference, list(work.values()))
@@ -102,7 +102,7 @@ def _key_of(entry: Entry) -> KeyOf:
     return entry.case.group, entry.case.name, kind_of(entry.case, entry.family)
 
 
-def _row(entry: Entry, known: Reference, runs: Sequence[Measured]) -> Row:
+def _row(entry: Entry, known: Reference, runs: Sequence[Reading]) -> Row:
     """Errors of the first run (all are the same) and the least seconds."""
     first = runs[0]
     names = DYNAMIC if entry.case.dynamic else STATIC
@@ -121,7 +121,7 @@ def _again(work: tuple[Entry, int]) -> float:
     return seconds_of(work[0])
 
 
-def _measured(selected: Sequence[Entry], rounds: int, sweep: Sweep) -> dict[str, list[Measured]]:
+def _measured(selected: Sequence[Entry], rounds: int, sweep: Sweep) -> dict[str, list[Reading]]:
     """All runs of all entries: round by round, so that what else the machine does meets all alike."""
     first = sweep("first round", measure, selected)
     runs = {entry.key: [run] for entry, run in zip(selected, first, strict=True)}
@@ -134,7 +134,7 @@ def _measured(selected: Sequence[Entry], rounds: int, sweep: Sweep) -> dict[str,
     ]
     later = sweep(f"rounds 2 to {rounds}", _again, again)
     for (entry, _), seconds in zip(again, later, strict=True):
-        runs[entry.key].append(Measured({}, seconds))
+        runs[entry.key].append(Reading({}, seconds))
     return runs
 
 
@@ -194,7 +194,7 @@ class Accuracy:
         return tuple(dict.fromkeys(row.entry.case.group for row in self.rows))
 
     @cached_property
-    def choices(self) -> dict[tuple[str, str], list[Choice]]:
+    def choices(self) -> dict[tuple[str, str], list[Candidate]]:
         """The policies of each group and family that came to an end in every scene."""
         failing: dict[str, set[str]] = {family.name: set() for family in FAMILIES}
         for item in self.rows:
@@ -204,7 +204,7 @@ class Accuracy:
         def floor(item: Row, name: str) -> float:
             return self.known[_key_of(item.entry)].uncertainty[name]
 
-        found: dict[tuple[str, str], list[Choice]] = {}
+        found: dict[tuple[str, str], list[Candidate]] = {}
         for row in self.rows:
             group, family = row.entry.case.group, row.entry.family.name
             if (group, family) not in found:

@@ -21,7 +21,7 @@ from ribbonfem import Scene, kirchhoff, quasilinear
 from ribbonfem.closed_form import euler
 from ribbonfem.results import Array
 
-from .cases import Case, Family, observed
+from .cases import Bench, Family, observed
 
 # meshes of the solutions that count as exact at rest; below DIGITS lies rounding
 _FINE = {"elastica": 128, "kirchhoff": 48}
@@ -112,7 +112,7 @@ def _elements_limit(scene: Scene, extensible: bool) -> Limit:
     return richardson(angles, [1.0 / n for n in meshes], 10.0)
 
 
-def _at_rest(case: Case, family: Family) -> Reference:
+def _at_rest(case: Bench, family: Family) -> Reference:
     scene, extensible = case.scene, bool(family.extensible)
     if family.model == "quasilinear":
         angle = quasilinear.closed_form_fold().mu * scene.compression**0.5
@@ -169,7 +169,7 @@ def _limits(
     return values, limits
 
 
-def _beam_limit(case: Case, family: Family) -> tuple[dict[str, Any], dict[str, Limit]]:
+def _beam_limit(case: Bench, family: Family) -> tuple[dict[str, Any], dict[str, Limit]]:
     """The limit of fixed Newmark steps on a fine mesh."""
     policy = {**family.fixed, "elements": _BEAM_ELEMENTS[family.model], "method": "newmark", "until": "snap"}
     # the quasi-linear beam carries the kink of the ramp on as waves of all lengths
@@ -179,7 +179,7 @@ def _beam_limit(case: Case, family: Family) -> tuple[dict[str, Any], dict[str, L
     return _limits([observed(history, family.model, case.look) for history in runs], steps)
 
 
-def _rods_limit(case: Case, tolerance: float) -> tuple[dict[str, Any], dict[str, Limit]]:
+def _rods_limit(case: Bench, tolerance: float) -> tuple[dict[str, Any], dict[str, Limit]]:
     """The limit of the rods' meshes."""
     runs = [
         run("der", case.scene, {"nodes": nodes, "tolerance": tolerance, "until": "snap"})[0]
@@ -189,7 +189,7 @@ def _rods_limit(case: Case, tolerance: float) -> tuple[dict[str, Any], dict[str,
     return _limits([observed(history, "der", case.look) for history in runs], sizes)
 
 
-def _elements_limit_in_motion(case: Case) -> tuple[dict[str, Any], dict[str, float]]:
+def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, float]]:
     """A ribbon's motion by elements, on a mesh and with a tolerance where little is left, and what is."""
 
     def found(elements: int, tolerance: float) -> dict[str, Any]:
@@ -204,13 +204,13 @@ def _elements_limit_in_motion(case: Case) -> tuple[dict[str, Any], dict[str, flo
     return {**best, "balance": 0.0}, doubt
 
 
-def _snap(case: Case, policy: Mapping[str, Any]) -> float:
+def _snap(case: Bench, policy: Mapping[str, Any]) -> float:
     history, _ = run("der", case.scene, {**policy, "until": "snap", "configurations": False})
     found = history.crossing()
     return float("nan") if found is None else found[1]
 
 
-def _in_motion(case: Case, family: Family) -> Reference:
+def _in_motion(case: Bench, family: Family) -> Reference:
     checks: dict[str, float] = {}
     if not case.scene.planar:
         rods, limits = _rods_limit(case, _TIGHT)
@@ -243,7 +243,7 @@ def _in_motion(case: Case, family: Family) -> Reference:
     return Reference(values, {k: max(v, DIGITS) for k, v in doubt.items()}, source, verified, checks)
 
 
-def kind_of(case: Case, family: Family) -> str:
+def kind_of(case: Bench, family: Family) -> str:
     """What has the same reference in a case: the model, or the theory where another model gives it."""
     if case.dynamic:
         if not case.scene.planar:
@@ -252,7 +252,7 @@ def kind_of(case: Case, family: Family) -> str:
     return family.name
 
 
-def reference(case: Case, family: Family) -> Reference:
+def reference(case: Bench, family: Family) -> Reference:
     """The reference of a family in a case, computed anew.
 
     Raises

@@ -11,7 +11,7 @@ from compare.face.section import Table
 from compare.measures.convergence import Convergence
 
 from .cases import DYNAMIC, STATIC
-from .fronts import Choice, Row, distance, front
+from .fronts import Candidate, Row, distance, front
 from .orders import Study
 from .references import Reference
 
@@ -44,13 +44,13 @@ def rows_table(rows: Sequence[Row], title: str) -> Table:
     )
 
 
-def _nearest(choice: Choice, members: Sequence[Choice], quantity: str) -> Choice:
+def _nearest(choice: Candidate, members: Sequence[Candidate], quantity: str) -> Candidate:
     """The quickest of a front that is at least as exact as a choice."""
     exact = [m for m in members if m.settled[quantity] <= choice.settled[quantity]]
     return min(exact, key=lambda m: m.seconds, default=choice)
 
 
-def defaults_of_fronts(found: Mapping[tuple[str, str], list[Choice]]) -> list[dict[str, Any]]:
+def defaults_of_fronts(found: Mapping[tuple[str, str], list[Candidate]]) -> list[dict[str, Any]]:
     """How far each default is from its front, in every quantity."""
     records = []
     for (group, family), its in found.items():
@@ -105,7 +105,7 @@ def defaults_table(records: Sequence[Mapping[str, Any]]) -> Table:
     )
 
 
-def fronts_table(found: Mapping[tuple[str, str], list[Choice]]) -> Table:
+def fronts_table(found: Mapping[tuple[str, str], list[Candidate]]) -> Table:
     """The members of all fronts."""
     rows: list[list[Any]] = []
     for (group, family), its in found.items():

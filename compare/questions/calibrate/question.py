@@ -212,7 +212,7 @@ def _draw(planar: dict[str, Any]) -> Any:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Calibration:
     """What was found: the new laws, whole (with the shipped ones where only half was measured), and drifts.
 
     `scenes`, `ribbons` and `seed` are those of the drawn scenes; `new` are the halves that were measured.
@@ -233,7 +233,7 @@ def main(
     ribbons: int = 60,
     seed: int = 7,
     sweep: Sweep | None = None,
-) -> Measured:
+) -> Calibration:
     """Measure the laws behind `compare.choose` anew, write them as laws.json, and compare with the shipped.
 
     --parts planar, ribbon (rods) or elements measures a part; the others are taken from the shipped file.
@@ -258,10 +258,10 @@ def main(
     if parts in ("all", "elements"):
         new["elements"] = ribbon_laws.elements(ribbons, seed, sweep)
     whole = {**({} if parts == "all" else shipped().data), **new}
-    return Measured(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
+    return Calibration(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
 
 
-def words(found: Measured) -> list[str]:
+def words(found: Calibration) -> list[str]:
     """Where the laws are, and how well predictions do."""
     text = [f"The laws are in {FILE} beside this report."]
     if "planar" in found.new:
@@ -275,7 +275,7 @@ def words(found: Measured) -> list[str]:
     return text
 
 
-def tables(found: Measured) -> Iterator[Table]:
+def tables(found: Calibration) -> Iterator[Table]:
     """Errors of runs, errors of meshes, drift."""
     if "planar" in found.new:
         yield Table(
@@ -323,19 +323,19 @@ def tables(found: Measured) -> Iterator[Table]:
         )
 
 
-def drawings(found: Measured) -> Iterator[Drawing]:
+def drawings(found: Calibration) -> Iterator[Drawing]:
     """The planar delay over its prediction."""
     if "planar" in found.new:
         caption = "Delay of the planar snap over the prediction of the normal form."
         yield Drawing("calibrate-delay.png", caption, _draw(found.laws["planar"]))
 
 
-def values(found: Measured) -> dict[str, Any]:
+def values(found: Calibration) -> dict[str, Any]:
     """The numbers for programs; the laws themselves are a file of their own."""
     return {"drift": list(found.drift), "laws": FILE}
 
 
-def files(found: Measured) -> dict[str, str]:
+def files(found: Calibration) -> dict[str, str]:
     """The laws, as the package ships them."""
     return {FILE: json.dumps(found.laws, separators=(",", ":")) + "\n"}
 

@@ -122,7 +122,7 @@ def words(found: NamedCases) -> list[str]:
         "method that has no damping of its own, or with the finite elements on 6 and 8 elements, which share "
         "no mechanics with the rods: no single run decides it.",
         "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
-        "that U+S- is gone. The rule is written down in der.modes.",
+        "that U+S- is gone. The rule is written down in ribbonfem.outcomes.",
     ]
 
 

@@ -27,6 +27,7 @@ from compare.paper.sheared import (
 from compare.sweep import Sweep
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.kirchhoff import Pitchforks
+from ribbonfem.outcomes import name_by_signs
 from ribbonfem.results import Array, RestState
 
 PATH = Scene(compression=0.40, shear=0.37)
@@ -143,7 +144,7 @@ def snapshots_of(work: tuple[int, str]) -> tuple[Snapshot, ...]:
     made = []
     for time, moving in instants:
         strip = of_motion(history, 2, until=max(time, 1e-9))
-        said = der.modes.name_by_signs(float(strip.height[1]), float(strip.slope[1]))
+        said = name_by_signs(float(strip.height[1]), float(strip.slope[1]))
         made.append(
             Snapshot(path, model, said, float(strip.angle[1]), moving, strip.centre[1], strip.edges[1])
         )
@@ -166,7 +167,7 @@ def turned_right(start: str) -> Turned:
     # names at rest: from rows whose kinetic energy is small
     quiet = history.energies["kinetic"] < 1e-2
     names = [
-        der.modes.name_by_signs(float(height), float(slope))
+        name_by_signs(float(height), float(slope))
         for height, slope in zip(history.height[quiet], history.slope[quiet], strict=True)
     ]
     shapes = tuple(name for k, name in enumerate(names) if k == 0 or name != names[k - 1])

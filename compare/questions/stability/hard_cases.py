@@ -83,7 +83,7 @@ GOOD, LOSSY, UNBALANCED, COARSE, UNRESOLVED, RAISED, REFUSED, WRONG, SKIPPED = S
 
 
 @dataclass(frozen=True)
-class Verdict:
+class MotionVerdict:
     """How a method did on a case.
 
     Attributes

@@ -29,7 +29,7 @@ from .hard_cases import (
     UNRESOLVED,
     WRONG,
     Hard,
-    Verdict,
+    MotionVerdict,
     is_refusal,
     told,
 )
@@ -150,15 +150,15 @@ def run(case: Hard, model: str, method: str) -> History | None:
     return BEAMS[model].simulate(case.scene, method=method, step=step)
 
 
-def judge_run(case: Hard, model: str, method: str, history: History, truth: History) -> Verdict:
+def judge_run(case: Hard, model: str, method: str, history: History, truth: History) -> MotionVerdict:
     """Say how a run that completed did: its numbers, its energy balance, its distance from the truth."""
     growth, loss = drift_of(history)
     snap = history.crossing(case.snap) if case.snap else None
     off = deviation(case, history, truth)
     strict = method == DEFAULT
 
-    def verdict(status: str, note: str, drift: float) -> Verdict:
-        return Verdict(
+    def verdict(status: str, note: str, drift: float) -> MotionVerdict:
+        return MotionVerdict(
             case.name,
             model,
             method,
@@ -197,7 +197,7 @@ def judge_run(case: Hard, model: str, method: str, history: History, truth: Hist
     return verdict(GOOD, "", growth if growth > loss else -loss)
 
 
-def with_mesh(case: Hard, verdict: Verdict, history: History, fine: History) -> Verdict:
+def with_mesh(case: Hard, verdict: MotionVerdict, history: History, fine: History) -> MotionVerdict:
     """Add what a mesh twice as fine says of a default run, and fail a beam that its mesh puts off.
 
     A beam's mesh is its model's default and has to keep the same limits as its steps.  A rod's
@@ -220,16 +220,16 @@ def with_mesh(case: Hard, verdict: Verdict, history: History, fine: History) -> 
     return replace(verdict, note="; ".join(part for part in (verdict.note, note) if part))
 
 
-def _failure(case: Hard, model: str, method: str, error: Exception) -> Verdict:
+def _failure(case: Hard, model: str, method: str, error: Exception) -> MotionVerdict:
     reason = dict(case.refused).get(model)
     note = told(error) if reason is None else f"{reason}. It says: {told(error)}"
     status = REFUSED if reason is not None and is_refusal(error) else RAISED
-    return Verdict(case.name, model, method, status, note)
+    return MotionVerdict(case.name, model, method, status, note)
 
 
 def judge(
     case: Hard, model: str, methods: Sequence[str] | None = None, *, meshes: bool = True
-) -> list[Verdict]:
+) -> list[MotionVerdict]:
     """Run a case with the methods of a model, all by default, and say how each went.
 
     Whatever is raised is a verdict too: one method's failure must not hide another's answer.
@@ -248,11 +248,11 @@ def judge(
             verdicts.append(_failure(case, model, method, error))
             continue
         if history is None:
-            verdicts.append(Verdict(case.name, model, method, SKIPPED, "too many steps"))
+            verdicts.append(MotionVerdict(case.name, model, method, SKIPPED, "too many steps"))
         elif isinstance(truth, Exception):
             note = f"completed, but no reference does: {told(truth)}"
             status = WRONG if model in dict(case.refused) else UNRESOLVED
-            verdicts.append(Verdict(case.name, model, method, status, note))
+            verdicts.append(MotionVerdict(case.name, model, method, status, note))
         else:
             verdict = judge_run(case, model, method, history, truth)
             if meshes and method == DEFAULT:

@@ -24,7 +24,7 @@ from .hard_cases import (
     UNBALANCED,
     UNRESOLVED,
     WRONG,
-    Verdict,
+    MotionVerdict,
 )
 from .hard_statics import MODELS, VERBS, StaticVerdict
 
@@ -50,13 +50,13 @@ _REST = {
 }
 
 
-def _defaults(verdicts: Sequence[Verdict], default: str) -> list[Verdict]:
+def _defaults(verdicts: Sequence[MotionVerdict], default: str) -> list[MotionVerdict]:
     """The default runs of motions that exist: those that have to survive."""
     absent = {(case.name, model) for case in CASES for model, _ in case.refused}
     return [v for v in verdicts if v.method == default and (v.case, v.model) not in absent]
 
 
-def _failures(defaults: Sequence[Verdict]) -> str:
+def _failures(defaults: Sequence[MotionVerdict]) -> str:
     failed = [v for v in defaults if v.status not in (GOOD, LOSSY)]
     return "; ".join(f"{v.model}, {v.case}: {v.status}, {v.note}" for v in failed)
 
@@ -67,7 +67,7 @@ def _failed_at_rest(statics: Sequence[StaticVerdict]) -> str:
     return f"Not right: {'; '.join(failed)}." if failed else ""
 
 
-def _meshes(defaults: Sequence[Verdict]) -> str:
+def _meshes(defaults: Sequence[MotionVerdict]) -> str:
     """What the finer meshes say of the rods' snaps."""
     parts = []
     for unit, words in (("rad", "rad of the clamp"), ("wait", "of the wait")):
@@ -94,7 +94,7 @@ def _confirmations(confirmed: Sequence[Confirmation]) -> str:
 
 
 def summary(
-    verdicts: Sequence[Verdict],
+    verdicts: Sequence[MotionVerdict],
     statics: Sequence[StaticVerdict],
     confirmed: Sequence[Confirmation],
     default: str,
@@ -134,7 +134,7 @@ def _short(note: str, most: int = 60) -> str:
     return note if len(note) <= most else note[: most - 1] + "…"
 
 
-def _messages(verdicts: Sequence[Verdict], statics: Sequence[StaticVerdict]) -> list[list[str]]:
+def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict]) -> list[list[str]]:
     """A row for each case, model and message: whose it is, and its words."""
     found: dict[tuple[str, str, str], tuple[list[str], str]] = {}
     told = [
@@ -155,7 +155,7 @@ def _messages(verdicts: Sequence[Verdict], statics: Sequence[StaticVerdict]) -> 
 
 
 def tables(
-    verdicts: Sequence[Verdict], statics: Sequence[StaticVerdict], confirmed: Sequence[Confirmation]
+    verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict], confirmed: Sequence[Confirmation]
 ) -> list[Table]:
     """Every run, every scene at rest, every reference that was confirmed."""
     runs = [
@@ -283,7 +283,7 @@ def _draw(
     return fig
 
 
-def _motion_text(verdict: Verdict) -> str:
+def _motion_text(verdict: MotionVerdict) -> str:
     if verdict.drift is None:
         return "" if verdict.status == SKIPPED else verdict.status
     error = "no match" if verdict.error is None else f"{verdict.error:.0e} {verdict.unit}"
@@ -293,7 +293,7 @@ def _motion_text(verdict: Verdict) -> str:
     return f"{text}\nmesh: otherwise" if "a mesh twice as fine" in verdict.note else text
 
 
-def motion_map(verdicts: Sequence[Verdict]) -> Any:
+def motion_map(verdicts: Sequence[MotionVerdict]) -> Any:
     """Draw motions."""
     rows = list(dict.fromkeys(v.case for v in verdicts))
     columns = list(dict.fromkeys((v.model, v.method) for v in verdicts))

@@ -15,7 +15,7 @@ from ribbonfem import Scene
 
 from . import maps
 from .confirmations import CONFIRMED, Confirmation
-from .hard_cases import CASES, KNOWN, PATH_1, PLANAR, RODS, Hard, Verdict
+from .hard_cases import CASES, KNOWN, PATH_1, PLANAR, RODS, Hard, MotionVerdict
 from .hard_statics import StaticVerdict, judge_statics, static_scenes
 from .judging import BEAMS, DEFAULT, EXPLICIT_MOST, METHODS, MOST, confirm, judge
 
@@ -46,7 +46,7 @@ def _warm_up() -> None:
 class HardCases:
     """What was found: motions, scenes at rest, references confirmed, and the seconds of each."""
 
-    runs: tuple[Verdict, ...]
+    runs: tuple[MotionVerdict, ...]
     statics: tuple[StaticVerdict, ...]
     confirmed: tuple[Confirmation, ...]
     seconds: dict[str, float]
@@ -70,7 +70,7 @@ def main(*, sweep: Sweep | None = None) -> HardCases:
     done = sweep("hard cases", _work, work, prepare=_warm_up)
     found = [v for group, _, _ in done for v in group]
     return HardCases(
-        runs=tuple(v for v in found if isinstance(v, Verdict)),
+        runs=tuple(v for v in found if isinstance(v, MotionVerdict)),
         statics=tuple(v for v in found if isinstance(v, StaticVerdict)),
         confirmed=tuple(v for v in found if isinstance(v, Confirmation)),
         seconds={name: seconds for _, name, seconds in done},

@@ -1,0 +1,239 @@
+"""Names of shapes and outcomes of runs: which snaps happened, and which shape was skipped.
+
+The first snap of Path 2 (U+S+ to U+S-) is the instant at which the mid tangent turns through
+horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.
+
+The paper calls a run "type 1 skipping" if the first local minimum of z(alpha) comes before
+alpha_c2, and "type 2" otherwise (section 7.1).  An overdamped z falls without a minimum, and a
+run may be on its way between two shapes just at alpha_c2, so that the rule used here asks for
+what the types mean instead:
+
+* type 1: z passes 0 before alpha_c2, where U+S- still exists: energy carried it over;
+* no skip: z does not, and the ribbon has stayed at U+S-: it came back up from a local minimum
+  with z > 0, or at alpha_c2 it was close to the fold state of U+S- and slow;
+* type 2: neither: the snap came so late that U+S- was gone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+
+from ribbonfem.image import imaged
+from ribbonfem.results import MESH, Array, Fold, History, Value
+from ribbonfem.scene import shown, swapped
+
+# a height (L) this close to the fold state's counts as being there ...
+_NEAR = 0.06
+# ... at a speed below this share of the fastest of the run
+_SLOW = 0.1
+
+
+def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> str:
+    """The name of a configuration: signs of z(1/2) and of x(1/2) - (L - dL)/2.
+
+    Parameters
+    ----------
+    positions: (N, 3) in L, nodes at equal arclength, symmetric about midspan.
+    compression: dL/L.
+    flat: what counts as zero, in L; a vanishing sign leaves its letter out.
+    """
+    half = len(positions) // 2
+    middle = positions[half] if len(positions) % 2 else positions[half - 1 : half + 1].mean(axis=0)
+    slip = float(middle[0]) - 0.5 * (1.0 - compression)
+    u = "" if abs(middle[2]) <= flat else "U+" if middle[2] > 0 else "U-"
+    s = "" if abs(slip) <= flat else "S+" if slip > 0 else "S-"
+    return u + s
+
+
+def name_by_signs(height: float, slope: float) -> str:
+    """The name of a US shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way."""
+    return ("U+" if height > 0.0 else "U-") + ("S-" if height * slope > 0.0 else "S+")
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Outcome(Value):
+    """What a ramp from U+S+ did.
+
+    Attributes
+    ----------
+    kind: "no skip", "type 1", "type 2"; "first only" if the second snap never came; "none".
+    first, second: (time in s, angle in rad) of the two snaps, or None.
+    minima: (k, 3) time, angle and height of the local minima of z after the first snap.
+    final: name of the last shape.
+    reason: the rule that applied, in words.
+    """
+
+    kind: str
+    first: tuple[float, float] | None
+    second: tuple[float, float] | None
+    minima: Array
+    final: str
+    reason: str
+
+    def __repr__(self) -> str:
+        first, second = (
+            "none" if snap is None else f"{snap[1]:.6g} rad" for snap in (self.first, self.second)
+        )
+        return (
+            f"Outcome({self.kind!r}: {self.reason};\n"
+            f"  first snap {first}, second {second}, {len(self.minima)} minima, ends as {self.final})"
+        )
+
+
+def local_minima(time: Array, angle: Array, height: Array) -> Array:
+    """Local minima of a height, (k, 3): time, angle, height, each from the parabola through three rows."""
+    k = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    left, right = time[k] - time[k - 1], time[k + 1] - time[k]
+    down, up = (height[k] - height[k - 1]) / left, (height[k + 1] - height[k]) / right
+    curvature = (up - down) / (left + right)
+    slope = (down * right + up * left) / (left + right)
+    shift = -slope / (2.0 * curvature)
+    where = time[k] + shift
+    return np.column_stack((where, np.interp(where, time, angle), height[k] + slope * shift / 2.0))
+
+
+def _rebounds(history: History, first: tuple[float, float] | None) -> Array:
+    """The local minima of z after the first snap: those before it are the ringing of the clamp's jump."""
+    minima = local_minima(history.time, history.angle, history.height)
+    return minima[minima[:, 0] > (first[0] if first else np.inf)]
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A moment of a run: time (s), angle (rad), height z(1/2)/L, slope t_z(1/2), and the shape's name."""
+
+    time: float
+    angle: float
+    height: float
+    slope: float
+    name: str
+
+
+def instant(history: History, time: float) -> Instant:
+    """The shape of a run at a time in s, interpolated by cubics through its rows."""
+    k = int(np.searchsorted(history.time, time))
+    first = max(0, min(k - 2, len(history) - 4))
+    rows = slice(first, first + 4)
+    height, slope = (
+        float(BarycentricInterpolator(history.time[rows], values[rows])(time))
+        for values in (history.height, history.slope)
+    )
+    angle = float(np.interp(time, history.time, history.angle))
+    return Instant(time, angle, height, slope, name_by_signs(height, slope))
+
+
+def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant | None]:
+    """What happened in a run, each instant solved for and not read off a row.
+
+    Parameters
+    ----------
+    history: of any model.
+    folds: adds the passage of each fold's angle by the clamp.
+
+    Returns
+    -------
+    dict
+        "first snap" (t_z = 0), "second snap" (z = 0), "first minimum" (of z, after the
+        first snap), "alpha_c1", "alpha_c2", ... and "end"; None where the run did not come to it.
+
+    Raises
+    ------
+    ValueError
+        For folds of another compression, shear, ribbon, model or mesh; a bare `Fold` is taken.
+    """
+    require_folds_of(history, folds)
+    found: dict[str, Instant | None] = {}
+    for key, quantity in (("first snap", "slope"), ("second snap", "height")):
+        snap = history.crossing(quantity)
+        found[key] = None if snap is None else instant(history, snap[0])
+    minima = _rebounds(history, history.crossing("slope"))
+    found["first minimum"] = instant(history, float(minima[0, 0])) if len(minima) else None
+    for k, fold in enumerate(folds, 1):
+        time = fold.angle / history.scene.rate
+        reached = 0.0 <= time <= history.time[-1] and abs(fold.angle) <= abs(history.angle[-1])
+        found[f"alpha_c{k}"] = instant(history, time) if reached else None
+    found["end"] = instant(history, float(history.time[-1]))
+    return found
+
+
+def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
+    """Raise a `ValueError` if folds are of another scene, model or mesh than a run."""
+    if not isinstance(history, History):
+        raise ValueError(f"history = {shown(history)}: a History is needed")
+    if not isinstance(folds, (tuple, list)) or not all(isinstance(fold, Fold) for fold in folds):
+        raise ValueError(f"folds = {shown(folds)}: a tuple of Fold is needed, as `folds` of a model gives it")
+    for k, fold in enumerate(folds):
+        pairs: list[tuple[str, object, object]] = []
+        if fold.scene is not None:
+            names = ("compression", "shear", "ribbon")
+            pairs += [(name, getattr(fold.scene, name), getattr(history.scene, name)) for name in names]
+        if fold.model and history.model:
+            pairs.append(("model", fold.model, history.model))
+        mesh = [name for name in MESH if name in fold.policy and name in history.policy]
+        pairs += [(name, fold.policy[name], history.policy[name]) for name in mesh]
+        for name, of_fold, of_run in pairs:
+            if of_fold != of_run:
+                raise ValueError(
+                    f"folds[{k}]: {name} = {shown(of_fold)}, but the run's is {shown(of_run)}; those of the "
+                    "same scene, model and mesh are needed"
+                )
+
+
+def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
+    """The outcome of a run that started at U+S+ (with the right clamp turned: U+S-) at a positive rate.
+
+    Parameters
+    ----------
+    history: with its rows.
+    folds: the two folds of the scene by the same model on the same mesh, from `der.folds`; a bare
+        `Fold(angle, height, load)` is taken as it is.
+
+    Raises
+    ------
+    ValueError
+        If the run did not start at U+S+ under a positive rate, if `folds` are not two, or are of
+        another compression, shear, ribbon, model or mesh.
+    """
+    scene = history.scene
+    require_folds_of(history, folds)
+    if scene.turned == "right":
+        # the image has the same heights and angles, and its outcome with the sign of S exchanged
+        bare = tuple(Fold(fold.angle, fold.height, fold.load) for fold in folds)
+        found = classify(imaged(history, scene.image), bare)
+        return replace(found, final=swapped(found.final))
+    if scene.start != "U+S+" or scene.rate < 0.0:
+        raise ValueError(
+            f"start = {scene.start!r}, rate = {scene.rate!r}: outcomes are those of U+S+, rate > 0"
+        )
+    if len(folds) != 2:
+        raise ValueError(f"{len(folds)} folds: the two folds of Path 2 are needed")
+    first, second = history.crossing("slope"), history.crossing("height")
+    final = name_by_signs(history.height[-1], history.slope[-1])
+    minima = _rebounds(history, first)
+
+    def outcome(kind: str, reason: str) -> Outcome:
+        return Outcome(kind, first, second, minima, final, reason)
+
+    if second is None:
+        kind = "none" if first is None else "first only"
+        return outcome(kind, "z never passes 0")
+    if second[1] < folds[1].angle:
+        return outcome("type 1", "z passes 0 before alpha_c2")
+    rebound = (minima[:, 0] < second[0]) & (minima[:, 2] > 0.0)
+    if rebound.any():
+        return outcome("no skip", "z comes back up from a minimum above 0")
+    if first is None or first[0] >= second[0] or history.angle[-1] < folds[1].angle:
+        return outcome("type 2", "no first snap before the second")
+    speed = np.abs(np.gradient(history.height, history.time))
+    before = history.time <= second[0]
+    height, fall, slope = (
+        float(np.interp(folds[1].angle, history.angle[before], values[before]))
+        for values in (history.height, speed, history.slope)
+    )
+    near = abs(height - folds[1].height) < _NEAR and slope > 0.0
+    if near and fall < _SLOW * speed[before].max():
+        return outcome("no skip", "it rests near U+S- when alpha_c2 comes")
+    return outcome("type 2", "z falls past 0 without a stop, after alpha_c2")
