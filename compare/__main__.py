@@ -69,7 +69,7 @@ def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any)
         hint = kinds[0]
     required = default is inspect.Parameter.empty
     shown: dict[str, Any] = {"required": True} if required else {"default": default}
-    note = "needed" if required else "by default left out" if default is None else f"default {default}"
+    note = "needed" if required else "by default left out" if default in (None, ()) else f"default {default}"
     if hint is bool:
         parser.add_argument(option, action=argparse.BooleanOptionalAction, **shown)
     elif get_origin(hint) is Literal:

@@ -23,8 +23,8 @@ CHOICES: list[list[str]] = [
     [
         "the sign of the angle",
         "phi(0) = +alpha of the planar beam, the tangent [cos alpha, 0, -sin alpha] of the ribbon",
-        "the ribbon's: alpha > 0 turns the left tangent down and drives U+ towards U-; the fold met from U+ "
-        "has Z > 0",
+        "the ribbon's: alpha > 0 turns the left tangent down and drives U+ towards U-; the fold met from "
+        "U+ has Z > 0",
     ],
     [
         "section",

@@ -77,8 +77,7 @@ def _barrier(found: Figures) -> Verdict:
     apart = max(abs(bound.elements - bound.rods) for bound in found.bounds)
     correction = (
         f"so does it at dL/L = 0.40, by {high.elements:.2f} EI2/L, where the paper has no such skipping: "
-        f"there "
-        "damping decides, and at nu = 0.1 the last digit"
+        "there damping decides, and at nu = 0.1 the last digit"
         if high.elements > 0.0
         else ""
     )
@@ -116,8 +115,8 @@ def _regions(found: Figures) -> Verdict:
     cut = sum(int(np.count_nonzero(d.outcome == "cut")) for d in diagrams)
     bands = sum(boundary.band for d in diagrams for boundary in d.boundaries)
     correction = (
-        f"in {mixed} cells no line separates the outcomes, and {bands} changes are bands in which both come: "
-        "there a published point is one draw"
+        f"in {mixed} cells no line separates the outcomes, and {bands} changes are bands in which both "
+        "come: there a published point is one draw"
         if mixed or bands
         else ""
     )
@@ -176,8 +175,7 @@ def _sensitive(found: Figures) -> Verdict:
     return Verdict(
         judged(ratio_a > ratio_b and ratio_b < 1.0, correction),
         f"standard deviation of the share of U-S+ over rates and over dampings: {rate_a:.2f} and "
-        f"{damping_a:.2f} at "
-        f"0.40, {rate_b:.2f} and {damping_b:.2f} at 0.35",
+        f"{damping_a:.2f} at 0.40, {rate_b:.2f} and {damping_b:.2f} at 0.35",
         _doubt_of([one, two]),
         correction,
     )

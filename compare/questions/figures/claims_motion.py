@@ -51,8 +51,7 @@ def _rings(system: str, found: Figures) -> Verdict:
     return Verdict(
         judged(max(over) <= 1 and min(under) >= 5),
         f"z turns back {max(over)} times at most after an overdamped snap, {min(under)} at least after a "
-        f"slow "
-        "underdamped one",
+        "slow underdamped one",
         "turns of more than 0.002 L, both models",
     )
 
@@ -80,8 +79,7 @@ def _exponent(figure: str, inertial: bool, found: Figures) -> Verdict:
     far = abs(local - power) > 0.005
     correction = (
         f"it is a limit, and far: at {fits[0][1]:.0e} to {fits[0][2]:.0e} rad/s the local exponent is "
-        f"{local:.3f}; "
-        "what shows it is the delay over its prediction, extrapolated to rate 0"
+        f"{local:.3f}; what shows it is the delay over its prediction, extrapolated to rate 0"
         if far
         else ""
     )
@@ -110,8 +108,7 @@ def _times(found: Figures) -> Verdict:
     right = abs(under + 0.2) < 0.06 and abs(over + 1.0 / 3.0) < 0.06
     correction = (
         "section 6.1 says -1/5 of the overdamped and -1/3 of the underdamped case: it is the other way "
-        "round, as "
-        "section 4.4 has it"
+        "round, as section 4.4 has it"
     )
     doubt = max(abs(under + 0.2), abs(over + 1.0 / 3.0))
     return Verdict(
@@ -152,8 +149,7 @@ def _straight(found: Figures) -> Verdict:
     low, high = spread[worst]
     correction = (
         "no straight lines: local exponents change with the rate, at the slow end from one regime to the "
-        "other, "
-        "at the fast end because the snap itself takes time"
+        "other, at the fast end because the snap itself takes time"
         if high - low > _STRAIGHT
         else ""
     )
@@ -204,16 +200,16 @@ def _collapse(figure: str, found: Figures) -> Verdict:
         return Verdict(OPEN, "", "", "needs three rates")
     off = max(abs(limit - 1.0) for limit in limits)
     correction = (
-        f"in the limit of slow ramps: at the fastest, delays are down to {min(ratios):.2f} of the curve, by "
-        f"the time "
-        "that the snap itself takes. Scaled with c a2 of statics the curve is known and has no free parameter"
+        f"in the limit of slow ramps: at the fastest, delays are down to {min(ratios):.2f} of the curve, "
+        "by the time that the snap itself takes. Scaled with c a2 of statics the curve is known and has no "
+        "free parameter"
         if min(ratios) < 0.95
         else ""
     )
     return Verdict(
         judged(off < _NEAR, correction),
         f"extrapolated to rate 0, delays at {len(found.delays.dampings)} dampings are within {off:.1%} of "
-        f"f(Lambda)",
+        "f(Lambda)",
         "limits of three rates, both models",
         correction,
     )

@@ -31,9 +31,8 @@ def _closed_form(found: Figures) -> Verdict:
         ""
         if mu * height < 0.0
         else (
-            "signs: with the angle of the paper's 3D model, as here, mu and Z have the same sign; its planar "
-            "model "
-            "counts the angle the other way"
+            "signs: with the angle of the paper's 3D model, as here, mu and Z have the same sign; its "
+            "planar model counts the angle the other way"
         )
     )
     return Verdict(
@@ -95,8 +94,8 @@ def _small_slopes(found: Figures) -> Verdict:
     stretch = folds[0].stretched[1] / closed[1] - 1.0
     if abs(stretch) > 3.0 * abs(off[0, 1]):
         parts.append(
-            f"with the stretch of h/L = 0.01, which the discrete model has, mu is {percent(stretch)} off at "
-            f"dL/L = {folds[0].compression:g}, and does not tend to the closed form"
+            f"with the stretch of h/L = 0.01, which the discrete model has, mu is {percent(stretch)} off "
+            f"at dL/L = {folds[0].compression:g}, and does not tend to the closed form"
         )
     correction = "; ".join(parts)
     said = ", ".join(
@@ -166,9 +165,8 @@ def _agree(found: Figures) -> Verdict:
         if abs(worst) < 0.01
         else (
             f"with the paper's clamp, both end edges held, rods of {NODES[1]} nodes put a fold "
-            f"{percent(worst)} "
-            f"off: "
-            "an error of first order in 1/N; edges centred on the ends leave one of second"
+            f"{percent(worst)} off: an error of first order in 1/N; edges centred on the ends leave one of "
+            "second"
         )
     )
     return Verdict(
@@ -316,8 +314,8 @@ def _ratios(found: Figures) -> Verdict:
     moved = found.width[1] / found.width[0] - 1.0
     correction = (
         f"W = 0.1 and h = 0.01 give EI1/EI2 = {paper.bending_ratio:g}; 400 and {ours.twist_ratio:.4f} are "
-        f"those of "
-        f"W = {ours.width:g} and Poisson's ratio {ours.poisson:.2f}. In motion W enters the rotary inertia"
+        f"those of W = {ours.width:g} and Poisson's ratio {ours.poisson:.2f}. In motion W enters the "
+        "rotary inertia"
     )
     return Verdict(
         judged(abs(ours.bending_ratio - 400.0) < 1e-9 and abs(ours.twist_ratio - 1.4562) < 5e-5, correction),

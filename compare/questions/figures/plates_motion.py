@@ -112,9 +112,9 @@ def ramps(found: Moved) -> Plate:
     ]
     return Plate(
         "fig6",
-        "The planar beam's snap at dL/L = 0.40 (paper, Fig. 6), against the clamp angle and against the time "
-        "after the ramp has passed the fold's angle. The snap comes after the fold; overdamped it is smooth, "
-        "underdamped it rings. Both models with EA.",
+        "The planar beam's snap at dL/L = 0.40 (paper, Fig. 6), against the clamp angle and against the "
+        "time after the ramp has passed the fold's angle. The snap comes after the fold; overdamped it is "
+        "smooth, underdamped it rings. Both models with EA.",
         tuple(panels),
         width=5.0,
         height=3.5,
@@ -203,9 +203,8 @@ def scaling(found: Delays) -> Plate:
     return Plate(
         "fig7",
         "Delays of the planar beam at dL/L = 0.40 (paper, Fig. 7): of the angle, of the time, and rescaled "
-        "by "
-        "c a2, which statics give (predicted: theory without a free parameter). Lines through the elastica's "
-        "delays, symbols: rods; grey: the limiting exponents.",
+        "by c a2, which statics give (predicted: theory without a free parameter). Lines through the "
+        "elastica's delays, symbols: rods; grey: the limiting exponents.",
         tuple(_scaling(found, "fig7", "ABC")),
         columns=3,
         width=4.3,
@@ -220,10 +219,10 @@ def ribbon(found: Moved, delays: Delays, figure: str) -> Plate:
     panels = [_ramps(found, "A", OVERDAMPED, "angle"), _ramps(found, "B", UNDERDAMPED, "angle")]
     return Plate(
         figure,
-        f"The ribbon at (dL, dW) = (0.40, 0.37) L, {_TITLES[path]} (paper, Fig. {number}): (A, B) height at "
-        "midspan against the clamp angle, (C) angle delay, (D) time delay rescaled by c a2, which statics "
-        "give. "
-        f"The snap is the instant at which {'z(1/2)' if path == 'Path 1' else 'the slope at midspan'} is 0."
+        f"The ribbon at (dL, dW) = (0.40, 0.37) L, {_TITLES[path]} (paper, Fig. {number}): (A, B) height "
+        "at midspan against the clamp angle, (C) angle delay, (D) time delay rescaled by c a2, which "
+        "statics give. The snap is the instant at which "
+        f"{'z(1/2)' if path == 'Path 1' else 'the slope at midspan'} is 0."
         + " Lines: finite elements; symbols: rods; both with EA.",
         (*panels, *_scaling(delays, figure, "CD")),
         width=5.0,
@@ -300,10 +299,8 @@ def named(found: Settled, figure: str) -> Plate:
     return Plate(
         figure,
         f"{what} at dW/L = 0.40 (paper, Fig. {number}). Lines: finite elements, circles: rods, the finest "
-        f"of each; "
-        "the outcome of all refinements of both stands beside the rate; sensitive: they differ. Where a "
-        "ribbon "
-        f"rings, the two part in phase.{extra}",
+        "of each; the outcome of all refinements of both stands beside the rate; sensitive: they differ. "
+        f"Where a ribbon rings, the two part in phase.{extra}",
         panels,
         width=5.0,
         height=3.4,
@@ -365,10 +362,8 @@ def maps(found: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
     return Plate(
         figure,
         f"Over rate and damping, {what}, at dW/L = 0.40 (paper, Fig. {figure.removeprefix('fig')}). A cell "
-        f"is an "
-        "area with the shares of its runs, as a mixture of colours; in mixed cells (open circles) no single "
-        "run "
-        "decides. Dots: where the outcome changes. Grey bars: bands in which both come.",
+        "is an area with the shares of its runs, as a mixture of colours; in mixed cells (open circles) no "
+        "single run decides. Dots: where the outcome changes. Grey bars: bands in which both come.",
         panels,
         columns=3 if len(panels) > 2 else 2,
         width=4.0,

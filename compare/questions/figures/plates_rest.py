@@ -58,10 +58,8 @@ def snapshots(found: Sequence[Snapshot]) -> Plate:
     return Plate(
         "fig2",
         "The ribbon from above (paper, Fig. 2) along (A) Path 1 and (B) Path 2, at (dL, dW) = (0.40, 0.37) "
-        "L, "
-        "nu = 10, 0.1 rad/s: at rest, and at the instants at which z(1/2) or the slope at midspan is 0. "
-        "Strips: "
-        "finite elements; circles: rods. The paper's photographs are left out.",
+        "L, nu = 10, 0.1 rad/s: at rest, and at the instants at which z(1/2) or the slope at midspan is 0. "
+        "Strips: finite elements; circles: rods. The paper's photographs are left out.",
         tuple(panels),
         columns=5,
         width=3.1,
@@ -121,9 +119,8 @@ def planar(found: Planar) -> Plate:
     return Plate(
         "fig3",
         "The planar beam (paper, Fig. 3 B and C): height at midspan against the clamp angle, raw and "
-        "rescaled. "
-        "Lines: elastica elements, stable solid, unstable dashed; circles: rods of 51 nodes; dots: folds; "
-        "black: closed form of small slopes. Angles of the folds collapse, heights do not.",
+        "rescaled. Lines: elastica elements, stable solid, unstable dashed; circles: rods of 51 nodes; "
+        "dots: folds; black: closed form of small slopes. Angles of the folds collapse, heights do not.",
         tuple(panels),
         width=5.2,
         height=4.0,
@@ -181,10 +178,10 @@ def paths(found: Ribbons) -> Plate:
     """Fig. 4: both paths."""
     return Plate(
         "fig4",
-        "The ribbon at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4; its caption swaps S+ and S-). Lines: finite "
-        "elements, stable solid, unstable dashed; circles: rods of 101 nodes; dots: folds; grey: the mirror "
-        "image; orange: a slow ramp. The curve through U+S+ and U+S- is one, so that both panels have the "
-        "same.",
+        "The ribbon at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4; its caption swaps S+ and S-). Lines: "
+        "finite elements, stable solid, unstable dashed; circles: rods of 101 nodes; dots: folds; grey: "
+        "the mirror image; orange: a slow ramp. The curve through U+S+ and U+S- is one, so that both "
+        "panels have the same.",
         (_paths_panel(found, 1), _paths_panel(found, 2)),
         width=5.2,
         height=4.0,
@@ -250,10 +247,8 @@ def critical(found: dict[str, tuple[Swept, ...]]) -> Plate:
     return Plate(
         "fig5",
         "Curves and critical angles (paper, Fig. 5): (A, B) over the compression at dW/L = 0.37, (C, D) "
-        "over the "
-        "shear at dL/L = 0.40. Lines: finite elements, stable solid, unstable dashed; symbols: stable "
-        "states of "
-        "rods of 101 nodes; dots: folds that a slow ramp meets.",
+        "over the shear at dL/L = 0.40. Lines: finite elements, stable solid, unstable dashed; symbols: "
+        "stable states of rods of 101 nodes; dots: folds that a slow ramp meets.",
         tuple(panels),
         width=5.0,
         height=3.7,
@@ -289,10 +284,8 @@ def curvatures(found: States) -> Plate:
     return Plate(
         "fig15",
         "Curvatures and twist of the four states at (dL, dW) = (0.40, 0.37) L (paper, Fig. 15). kappa1 is "
-        "about "
-        "the ribbon's normal, in its plane, and twenty times larger here; kappa2 about its width. Lines: "
-        "finite "
-        "elements with EA; symbols: rods of 51 nodes.",
+        "about the ribbon's normal, in its plane, and twenty times larger here; kappa2 about its width. "
+        "Lines: finite elements with EA; symbols: rods of 51 nodes.",
         tuple(panels),
         width=4.6,
         height=3.0,
@@ -363,11 +356,9 @@ def phases(found: Phases) -> Plate:
     return Plate(
         "fig16",
         "States at alpha = 0 (paper, Fig. 16): (A) against the shear, lines by finite elements with EA, "
-        "symbols by "
-        "rods; (B) which are stable, lines by finite elements, symbols by rods; beyond the dotted line the "
-        "unbroken U is stable again beside S, which the paper does not show; (C to E) a ribbon of each kind "
-        "at "
-        "dL/L = 0.40.",
+        "symbols by rods; (B) which are stable, lines by finite elements, symbols by rods; beyond the "
+        "dotted line the unbroken U is stable again beside S, which the paper does not show; (C to E) a "
+        "ribbon of each kind at dL/L = 0.40.",
         tuple(panels),
         columns=3,
         width=4.6,

@@ -132,14 +132,12 @@ def words(found: Figures) -> list[str]:
     )
     return [
         f"Of {asked} claims of the paper {counts}.{left} Each verdict is computed from the numbers of its "
-        f"figure; "
-        "the command beside it makes them.",
+        "figure; the command beside it makes them.",
         "Confirmed with a correction: the statement holds, and something that the paper says with it does "
-        "not. "
-        "Not determined: refinement does not settle it, or nothing here was asked of it.",
-        "Finite elements are lines and discrete rods symbols: they share no mechanics. figures/figN.csv has "
-        "all "
-        "that is drawn in figures/figN.png and figN.pdf.",
+        "not. Not determined: refinement does not settle it, or nothing here was asked of it.",
+        "Finite elements are lines and discrete rods symbols: they share no mechanics. figures/figN.csv "
+        "has all that is drawn in figures/figN.png and figN.pdf. Fig. 1, the photographs of Fig. 2 and the "
+        "sketch in Fig. 3 are not made of numbers.",
     ]
 
 
