@@ -13,8 +13,11 @@ from compare.__main__ import main as command
 from compare.archive import from_bytes, to_bytes
 from compare.diagrams import selection_diagram, sheet, skipping_diagram
 from compare.diagrams.asked import Diagrams
+from compare.face.curve import Curve
 from compare.face.style import plt
+from compare.paper.cases import settle
 from compare.paper.delays import Cell, Delays, rates_for
+from compare.paper.named import CASES
 from compare.questions.figures import main, panels
 from compare.questions.figures import question as figures
 from compare.questions.figures.claims import CHOICES, CLAIMS
@@ -25,6 +28,8 @@ from compare.questions.registry import publish
 from compare.sweep import Sweep
 from ribbonfem.delay import NormalForm
 
+CURVE = Curve(np.linspace(0.0, 1.0, 5), np.linspace(0.2, 0.1, 5), np.ones(5, dtype=bool), ())
+BOUNDS = (Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))
 AT_REST = ("fig2", "fig3", "fig4", "fig15")
 
 
@@ -307,9 +312,30 @@ def test_finished_runs_of_another_question_are_taken_over(tmp_path):
     assert done
 
 
+def test_verdicts_of_named_runs():
+    """A run of each kind on coarse meshes, as it is, unsettled by refinement, and of another outcome."""
+    wanted = ("(0.40, 0.40) nu 10, rate 1", "(0.40, 0.40) nu 10, rate 1, stop 0.36")
+    chosen = [case for case in CASES if case.label in wanted]
+    settled = Settled(tuple(settle(case, (31, 51), 1e-4, (1e-2,)) for case in chosen), {0.40: CURVE})
+    found = Figures(
+        asked=("fig10", "fig12"), settled=settled, bounds=(Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))
+    )
+    skip, select = "The same at nu = 10.", "At nu = 10 both end in U+S-."
+    said = verdicts(found)
+    assert said[skip].verdict == YES
+    assert "type 2 (first snap 0.33" in said[skip].number
+    assert said[select].verdict == CORRECTED
+    for outcome, expected in (("sensitive", OPEN), ("U-S-", NO)):
+        changed = tuple(replace(v, outcome=outcome) for v in settled.verdicts)
+        other = verdicts(replace(found, settled=replace(settled, verdicts=changed)))
+        assert (other[skip].verdict, other[select].verdict) == (expected, expected)
+    for plate in figures.plates(found):
+        plt.close(panels.draw(plate))
+
+
 @pytest.mark.slow
-def test_every_figure_small(tmp_path):
-    """All figures at a small size, by the command."""
+def test_figures_small_by_the_command(tmp_path):
+    only = ("fig5", "fig7", "fig9", "fig14", "fig16")
     words = [
         "--cells",
         "2",
@@ -322,7 +348,8 @@ def test_every_figure_small(tmp_path):
         "--phase-step",
         "0.2",
     ]
-    assert command(["figures", *words, "--out", str(tmp_path), "--quiet", "--json"]) == 0
-    for name in figures.NAMES:
+    words += ["--only", ",".join(only), "--out", str(tmp_path), "--quiet", "--json"]
+    assert command(["figures", *words]) == 0
+    for name in only:
         for kind in ("png", "pdf", "csv"):
             assert (tmp_path / "figures" / f"{name}.{kind}").stat().st_size > 1000
