@@ -69,7 +69,7 @@ def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any)
         hint = kinds[0]
     required = default is inspect.Parameter.empty
     shown: dict[str, Any] = {"required": True} if required else {"default": default}
-    note = "needed" if required else "by default left out" if default is None else f"default {default}"
+    note = "needed" if required else "by default left out" if default in (None, ()) else f"default {default}"
     if hint is bool:
         parser.add_argument(option, action=argparse.BooleanOptionalAction, **shown)
     elif get_origin(hint) is Literal:
@@ -178,6 +178,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
         sweep = stack.enter_context(
             Sweep(
                 folder=out / FINISHED / question.name,
+                others=[out / FINISHED / other for other in question.takes_over],
                 processes=options["processes"],
                 executor=executor,
                 progress=progress,
@@ -197,7 +198,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
 
 def _report(arguments: Sequence[str]) -> int:
     """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
-    from compare.archive import load
+    from compare.archive import load, write_whole
     from compare.face.report import PAGE, add_pictures, require_room, write_page, write_section
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
@@ -214,6 +215,8 @@ def _report(arguments: Sequence[str]) -> int:
         if kept.exists():
             try:
                 found, question = load(kept), named(name)
+                for file, content in question.files(found).items():
+                    write_whole(out / file, content)
                 section, _ = write_section(question.section(found), out, ORDER, question.drawings(found))
                 # films are not drawn again: those that lie there are shown
                 films = [picture for picture in question.films(found) if (out / picture.file).exists()]

@@ -8,6 +8,7 @@ import pytest
 
 import der
 from compare.face.report import PAGE
+from compare.paper import sheared
 from compare.questions.folds import question as folds
 from compare.questions.folds import shear as shear_figures
 from compare.questions.registry import publish
@@ -133,9 +134,9 @@ def test_phases_agree(section):
 
 
 def test_phase_names():
-    assert shear_figures.phase(["U+", "U-"]) == "U"
-    assert shear_figures.phase(("U+S+", "U+S-", "U-S+", "U-S-")) == "US"
-    assert shear_figures.phase(["S+", "U-", "U+", "S-"]) == "S, U"
+    assert sheared.phase(["U+", "U-"]) == "U"
+    assert sheared.phase(("U+S+", "U+S-", "U-S+", "U-S-")) == "US"
+    assert sheared.phase(["S+", "U-", "U+", "S-"]) == "S, U"
 
 
 def test_rods_curvatures_tend_to_those_of_the_elements():

@@ -1,7 +1,8 @@
 import numpy as np
 
+from compare.paper import cases
+from compare.paper.named import CASES
 from compare.questions import delay, speed
-from compare.questions.cases import question as cases
 from compare.questions.registry import publish
 from compare.sweep import Sweep
 
@@ -36,7 +37,7 @@ def test_ratio_limit_and_slope_of_known_laws():
 
 
 def test_a_case_is_settled_and_a_sensitive_one_would_be_named():
-    case = next(c for c in cases.CASES if c.label.startswith("(0.40, 0.40) nu 10, rate 1"))
+    case = next(c for c in CASES if c.label.startswith("(0.40, 0.40) nu 10, rate 1"))
     verdict = cases.settle(case, (31, 51), 1e-4, (1e-2,))
     assert verdict.outcome == case.paper == "type 2"
     assert verdict.second is not None
@@ -48,9 +49,9 @@ def test_a_case_is_settled_and_a_sensitive_one_would_be_named():
 
 
 def test_selection_ends_in_the_papers_states():
-    for case in cases.CASES:
+    for case in CASES:
         if case.kind == "selection" and case.scene.damping >= 10.0 and case.scene.rate >= 1.0:
-            run, _ = cases._one(case, "", "der", {"nodes": 31, "tolerance": 1e-4})
+            run, _ = cases.one_run(case, "", "der", {"nodes": 31, "tolerance": 1e-4})
             assert run.outcome == case.paper, (case.label, run)
 
 

@@ -45,6 +45,7 @@ ALLOWED["compare.diagrams"] = ALLOWED["compare.chooser"] | {
 }
 # an example asks as a user does: public names of `compare`, and the models
 ALLOWED["compare.examples"] = BELOW | {"compare", "compare.measures", "compare.examples"}
+ALLOWED["compare.paper"] = ALLOWED["compare.diagrams"] | {"compare.paper"}
 
 
 def room(name):

@@ -29,7 +29,7 @@ COLOURS = {
     "U-S-": "#f4a261",
 }
 
-_DASHES: Mapping[str, str] = {TYPE_1: ":", TYPE_2: "--"}
+DASHES: Mapping[str, str] = {TYPE_1: ":", TYPE_2: "--"}
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
         axes.plot(*point, "k.", ms=3.2)
     for name, curve in diagram.predicted.items():
         if len(curve):
-            axes.plot(curve[:, 0], curve[:, 1], color="black", ls=_DASHES.get(name, "--"), lw=1.1)
+            axes.plot(curve[:, 0], curve[:, 1], color="black", ls=DASHES.get(name, "--"), lw=1.1)
     for failed in diagram.failed:
         axes.plot(failed.rate, failed.damping, "x", ms=4, color="red")
     for case in named:
@@ -235,7 +235,7 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
         Line2D([], [], color="black", lw=2.6, alpha=0.45, label="band of both"),
     ]
     for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
-        line = _DASHES.get(name, "--")
+        line = DASHES.get(name, "--")
         handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=f"{name} (no run)"))
     if any(named.get(d.scene.compression) for d in diagrams):
         handles.append(

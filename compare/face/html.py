@@ -25,6 +25,7 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size
 th { border-bottom: 1.5px solid var(--soft); text-align: right; padding: .2rem .6rem; vertical-align: bottom }
 td { text-align: right; padding: .12rem .6rem; border-bottom: 1px solid var(--line) }
 th:first-child, td:first-child { text-align: left }
+.words { text-align: left; min-width: 9rem } tr:has(.words) td { vertical-align: top }
 .scroll { overflow-x: auto } caption, summary { text-align: left; font-weight: 600; padding: .3rem 0 }
 img { max-width: 100% } figcaption, .note { color: var(--soft); font-size: .92rem }
 figure { margin: 1rem 0 } a { color: inherit }
@@ -34,11 +35,11 @@ iframe { width: 100%; height: 40rem; border: 0 }
 
 
 def _picture(picture: Picture, folder: Path) -> str:
-    """A picture in the page; only files of the report's own folder are let in."""
+    """A picture in the page; only files in the report's own folder, or below it, are let in."""
     caption = html.escape(picture.caption)
     path = folder / picture.file
     file = html.escape(picture.file, quote=True)
-    if Path(picture.file).name != picture.file or path.resolve().parent != folder.resolve():
+    if Path(picture.file).is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         return f'<p class="note">{caption} (not shown: {file} is no file of this folder)</p>'
     if not path.is_file():
         return f'<p class="note">{caption} (not drawn: {file} is missing)</p>'
@@ -58,9 +59,15 @@ def _picture(picture: Picture, folder: Path) -> str:
 
 
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
+    kinds = [' class="words"' if sentence else "" for sentence in table.sentences()]
+    head = "".join(
+        f"<th{kind}>{html.escape(name)}</th>" for kind, name in zip(kinds, table.columns, strict=True)
+    )
     body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in table.cells()
+        "<tr>"
+        + "".join(f"<td{kind}>{html.escape(cell)}</td>" for kind, cell in zip(kinds, row, strict=True))
+        + "</tr>"
+        for row in table.cells()
     )
     title, long = html.escape(table.title), len(table.rows) > _LONG
     inside = (

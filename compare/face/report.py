@@ -88,10 +88,14 @@ def write_page(folder: Path, order: Sequence[str]) -> dict[str, str]:
 def _draw(drawing: Drawing, folder: Path) -> Picture:
     from .style import plt
 
-    stream = io.BytesIO()
-    drawing.figure.savefig(stream, format="png")
+    path = folder / drawing.file
+    # a PDF says when it was made, and equal results make equal files
+    kinds = {"png": None, "pdf": {"CreationDate": None}} if drawing.vector else {"png": None}
+    for kind, said in kinds.items():
+        stream = io.BytesIO()
+        drawing.figure.savefig(stream, format=kind, metadata=said)
+        write_whole(path.with_suffix(f".{kind}"), stream.getvalue())
     plt.close(drawing.figure)
-    write_whole(folder / drawing.file, stream.getvalue())
     return Picture(drawing.file, drawing.caption)
 
 

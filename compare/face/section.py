@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+# letters from which a cell holds a sentence
+_SENTENCE = 44
+
 
 @dataclass(frozen=True)
 class Table:
@@ -27,14 +30,20 @@ class Table:
 
         return [[text(v, s) for v, s in zip(row, self.formats, strict=True)] for row in self.rows]
 
+    def sentences(self) -> list[bool]:
+        """Of each column whether it holds sentences, which are set in lines and not in columns."""
+        cells = self.cells()
+        return [max((len(row[k]) for row in cells), default=0) >= _SENTENCE for k in range(len(self.columns))]
+
 
 @dataclass(frozen=True)
 class Drawing:
-    """A matplotlib figure, the name of its file (a PNG) and what it shows."""
+    """A matplotlib figure, the name of its file (a PNG) and what it shows; with `vector` a PDF beside it."""
 
     file: str
     caption: str
     figure: Any
+    vector: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ def show(section: Section, report: Path) -> None:
         console.print(text, highlight=False, markup=False)
     for table in section.tables:
         grid = Grid(title=table.title, title_justify="left", title_style="bold")
-        for k, name in enumerate(table.columns):
-            grid.add_column(name, justify="left" if k == 0 else "right", no_wrap=True)
+        for k, (name, sentence) in enumerate(zip(table.columns, table.sentences(), strict=True)):
+            grid.add_column(name, justify="left" if k == 0 or sentence else "right", no_wrap=not sentence)
         for row in table.cells():
             grid.add_row(*row)
         # a pipe has no width of its own; rows must not be cut there

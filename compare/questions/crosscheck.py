@@ -15,21 +15,18 @@ from compare.face.section import Drawing, Table
 from compare.face.style import draw_curve, figure, plt
 from compare.limits import edge_ratio, of_folds, two_point
 from compare.models import timed, warm_up
+from compare.paper.planar import planar_curves
 from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Ribbon, Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.continuation import Steps
 
 from .registry import Question
 
 COMPRESSIONS = (0.05, 0.10, 0.20, 0.25, 0.30, 0.35, 0.40)
 # its ratios follow, 4e4 and 1.499; planar folds do not depend on them
 THIN = Ribbon(thickness=1e-3)
-DRAWN = (0.20, 0.25, 0.30, 0.35, 0.40)
 # a ribbon in motion, and its meshes
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.65)
 SNAP_NODES, SNAP_ELEMENTS = (101, 201), (6, 8)
-# steps short enough for a polyline to look like a curve
-SMOOTH = Steps(turn=0.1, largest=0.05)
 
 
 @dataclass(frozen=True)
@@ -188,26 +185,6 @@ def _snap_rows(progress: Progress) -> list[list[Any]]:
     return [[label, angle, angle - limit, seconds] for label, angle, seconds in rows]
 
 
-def _curves(nodes: int, progress: Progress) -> tuple[dict[float, Curve], dict[float, Curve], Curve]:
-    """The curves of the paper's Fig. 3: the elastica's and the rods' by dL/L, and the closed form's."""
-    beams, dots = {}, {}
-    for compression in progress("bifurcation diagram", DRAWN):
-        scene = Scene(compression=compression, shear=0.0, start="U+")
-        # two unstable directions more would only add the curves of higher buckling modes
-        beams[compression] = Curve.of(
-            elastica.equilibria(scene, elements=32, span=(-1.6, 1.6), unstable=1, steps=SMOOTH)
-        )
-        dots[compression] = Curve.of(
-            der.equilibria(scene, nodes=nodes, span=(-1.6, 1.6), unstable=1, steps=Steps(turn=0.6))
-        )
-    closed = quasilinear.closed_form_branch((-2.6, 2.6))
-    # up to the odd mode: beyond it lie the higher modes
-    keep = np.maximum.accumulate(closed.load) < 81.0
-    fold = quasilinear.closed_form_fold()
-    exact = Curve(closed.mu[keep], closed.height[keep], closed.stable[keep], ((fold.mu, fold.height),))
-    return beams, dots, exact
-
-
 def _diagram(found: Crosscheck) -> Any:
     """The paper's Fig. 3: heights against angles, raw and rescaled."""
     fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
@@ -268,7 +245,7 @@ def main(
     mesh = _mesh_rows()
     rods = _rod_rows(nodes, progress)
     snaps = _snap_rows(progress)
-    beams, dots, curve = _curves(51, progress)
+    beams, dots, curve = planar_curves(51, progress)
     return Crosscheck(
         nodes=nodes,
         closed=(exact.sigma, exact.mu, exact.height),

@@ -20,6 +20,7 @@ ORDER = (
     "cases",
     "skipping",
     "selection",
+    "figures",
     "threshold",
     "speed",
     "accuracy",
@@ -63,6 +64,7 @@ class Question:
     export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
     status: the command's exit status, of a result.
     keep: whether finished runs stay in the folder, so that a larger question goes on from them.
+    takes_over: other questions, whose finished runs that lie in the folder are not done again.
     section_name: of a result, where it is not `name`: such a section is a file beside the report.
     """
 
@@ -79,6 +81,7 @@ class Question:
     export: Callable[[Any, Path, Any], object] = _no_export
     status: Callable[[Any], int] = _well
     keep: bool = False
+    takes_over: tuple[str, ...] = ()
     section_name: Callable[[Any], str] | None = None
 
     def section(self, found: Any) -> Section:

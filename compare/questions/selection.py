@@ -8,26 +8,10 @@ from typing import Literal
 from compare.diagrams import asked, selection_diagram
 from compare.diagrams.asked import Diagrams
 from compare.diagrams.sheet import SAMPLES
-from compare.diagrams.show import Named
+from compare.paper.maps import NAMED_SELECTION, SELECTION
 from compare.sweep import Sweep
 
 from .registry import Question
-
-PAPER = ((0.40, 0.40, 0.36), (0.35, 0.40, 0.27))
-NAMED = {
-    0.40: (
-        Named(0.01, 0.1, "U+S-", "Fig. 12A"),
-        Named(1.0, 0.1, "U-S+", "Fig. 12A"),
-        Named(0.01, 10.0, "U+S-", "Fig. 12B"),
-        Named(1.0, 10.0, "U+S-", "Fig. 12B"),
-    ),
-    0.35: (
-        Named(0.01, 0.3, "U-S+", "Fig. 13A"),
-        Named(1.0, 0.3, "U-S+", "Fig. 13A"),
-        Named(0.01, 30.0, "U+S-", "Fig. 13B"),
-        Named(1.0, 30.0, "U+S-", "Fig. 13B"),
-    ),
-}
 
 
 def main(
@@ -53,7 +37,7 @@ def main(
     to 1 %. --all: the paper's two; --paper: also in the paper's own setting, and where that differs;
     --model both: finite elements and rods, and where their intervals are disjoint.
     """
-    where = PAPER if all else ((compression, shear, stop),)
+    where = SELECTION if all else ((compression, shear, stop),)
     calls = [partial(selection_diagram, *place, rates, dampings, seed=seed) for place in where]
     return asked.compute(
         calls,
@@ -72,8 +56,8 @@ QUESTION = Question(
     takes="some 4 minutes a diagram",
     main=main,
     words=asked.words,
-    tables=lambda found: asked.tables(found, NAMED),
-    drawings=lambda found: asked.drawings(found, NAMED, "selection"),
+    tables=lambda found: asked.tables(found, NAMED_SELECTION),
+    drawings=lambda found: asked.drawings(found, NAMED_SELECTION, "selection"),
     values=asked.values,
     files=lambda found: asked.files(found, "selection"),
     keep=True,

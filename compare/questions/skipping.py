@@ -8,26 +8,10 @@ from typing import Literal
 from compare.diagrams import asked, skipping_diagram
 from compare.diagrams.asked import Diagrams
 from compare.diagrams.sheet import SAMPLES
-from compare.diagrams.show import Named
+from compare.paper.maps import NAMED_SKIPPING, SKIPPING
 from compare.sweep import Sweep
 
 from .registry import Question
-
-PAPER = tuple((compression, 0.40) for compression in (0.40, 0.39, 0.38, 0.37, 0.36, 0.35))
-NAMED = {
-    0.40: (
-        Named(0.01, 0.1, "no skip", "Fig. 10A"),
-        Named(1.0, 0.1, "type 2", "Fig. 10A"),
-        Named(0.01, 10.0, "no skip", "Fig. 10B"),
-        Named(1.0, 10.0, "type 2", "Fig. 10B"),
-    ),
-    0.35: (
-        Named(0.01, 0.3, "type 1", "Fig. 10C"),
-        Named(1.0, 0.3, "type 2", "Fig. 10C"),
-        Named(0.01, 30.0, "no skip", "Fig. 10D"),
-        Named(1.0, 30.0, "type 2", "Fig. 10D"),
-    ),
-}
 
 
 def main(
@@ -52,7 +36,7 @@ def main(
     to 1 %. --all: the paper's six; --paper: also in the paper's own setting, and where that differs;
     --model both: finite elements and rods, and where their intervals are disjoint.
     """
-    where = PAPER if all else ((compression, shear),)
+    where = SKIPPING if all else ((compression, shear),)
     calls = [partial(skipping_diagram, *place, rates, dampings, seed=seed) for place in where]
     return asked.compute(
         calls,
@@ -71,8 +55,8 @@ QUESTION = Question(
     takes="some 3 minutes a diagram",
     main=main,
     words=asked.words,
-    tables=lambda found: asked.tables(found, NAMED),
-    drawings=lambda found: asked.drawings(found, NAMED, "skipping"),
+    tables=lambda found: asked.tables(found, NAMED_SKIPPING),
+    drawings=lambda found: asked.drawings(found, NAMED_SKIPPING, "skipping"),
     values=asked.values,
     files=lambda found: asked.files(found, "skipping"),
     keep=True,

@@ -39,6 +39,7 @@ class Sweep:
     Parameters
     ----------
     folder: keeps one file a finished task, from which a later sweep goes on; None keeps nothing.
+    others: folders of other sweeps, whose finished tasks are taken over.
     processes: workers of a pool of its own, by default one a processor; 1 runs everything in this
         process.
     executor: anything with the interface of `concurrent.futures.Executor`, instead of a pool.
@@ -51,6 +52,7 @@ class Sweep:
         self,
         *,
         folder: str | Path | None = None,
+        others: Sequence[str | Path] = (),
         processes: int | None = None,
         executor: Executor | None = None,
         progress: Progress | None = None,
@@ -58,6 +60,7 @@ class Sweep:
         if processes is not None and (type(processes) is not int or processes < 1):
             raise ValueError(f"processes = {processes!r}: must be a whole number of at least 1")
         self.store = None if folder is None else Store(Path(folder))
+        self.others = tuple(Store(Path(other)) for other in others)
         self.processes = processors() if processes is None else processes
         self.progress = progress or Progress()
         self._given = executor
@@ -116,11 +119,11 @@ class Sweep:
         prepare: Callable[[], object] | None = None,
     ) -> Iterator[tuple[int, Any]]:
         """Yield (number, result) as tasks complete: first those that an earlier sweep has finished."""
-        keys = [task.key for task in tasks] if self.store else [""] * len(tasks)
+        keys = [task.key for task in tasks] if self.store or self.others else [""] * len(tasks)
         bar = self.progress.bar(title, len(tasks), sum(task.cost for task in tasks))
         waiting: list[int] = []
         for number, key in enumerate(keys):
-            kept = self.store.read(key) if self.store else None
+            kept = self._kept(key)
             if kept is None:
                 waiting.append(number)
             else:
@@ -139,6 +142,14 @@ class Sweep:
                 self.store.write(keys[number], result)
             bar.advance(tasks[number].cost)
             yield number, result
+
+    def _kept(self, key: str) -> tuple[Any] | None:
+        """The result of a key in a tuple, in the first store that has it."""
+        for store in (self.store, *self.others):
+            found = store.read(key) if store else None
+            if found is not None:
+                return found
+        return None
 
     @staticmethod
     def _here(

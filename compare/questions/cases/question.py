@@ -13,170 +13,11 @@ from compare.chooser.climb import SCATTER
 from compare.face.curve import Curve
 from compare.face.section import Drawing, Table
 from compare.face.style import draw_curve, figure, plt
-from compare.limits import edge_ratio, two_point
-from compare.models import MESH, MODELS, warm_up
+from compare.paper.cases import CaseVerdict, compiled, cost, settled
+from compare.paper.named import CASES
 from compare.questions.registry import Question
 from compare.sweep import Sweep
-from ribbonfem import History, Scene, SolverError
-from ribbonfem.continuation import Steps
-from ribbonfem.outcomes import classify
-
-from .named import CASES, Case
-
-# meshes and tolerances of the finite elements
-ELEMENTS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("6 elements", {"elements": 6, "tolerance": 3e-5}),
-    ("8 elements", {"elements": 8, "tolerance": 3e-5}),
-    ("8 elements, tolerance 1e-5", {"elements": 8, "tolerance": 1e-5}),
-)
-# steps short enough for a polyline to look like a curve
-SMOOTH = Steps(turn=0.12, largest=0.05)
-
-
-@dataclass(frozen=True)
-class CaseRun:
-    """One run of a case: its outcome and snap angles (None where a snap did not come)."""
-
-    model: str
-    policy: str
-    outcome: str
-    first: float | None
-    second: float | None
-    reason: str
-    seconds: float
-
-
-@dataclass(frozen=True)
-class CaseVerdict:
-    """A case run in two models that share no mechanics, on several meshes and tolerances.
-
-    Attributes
-    ----------
-    case, runs: the refinements of both models, then implicit Euler's.
-    outcome: the one of all refinements; "sensitive" where they differ, or a snap is scattered.
-    first, second: snap angles of the rods in the limit of the mesh and their doubt, None without one.
-    elements: the same two of the finite elements.
-    curve: of the finer rod, for a figure.
-    """
-
-    case: Case
-    runs: tuple[CaseRun, ...]
-    outcome: str
-    first: tuple[float, float] | None
-    second: tuple[float, float] | None
-    elements: tuple[tuple[float, float] | None, tuple[float, float] | None]
-    curve: dict[str, list[float]]
-
-
-def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
-    """The outcome of a run of a case, and why."""
-    found = classify(history, folds)
-    return (found.final or "none", found.reason) if case.kind == "selection" else (found.kind, found.reason)
-
-
-def _one(case: Case, label: str, model: str, policy: dict[str, Any]) -> tuple[CaseRun, History | None]:
-    module: Any = MODELS[model]
-    mesh = {name: policy[name] for name in (MESH[model], "extensible") if name in policy}
-    # alpha_c2 as the fold of U+S- itself: it does not hang on the curves being connected
-    folds = tuple(
-        module.folds(Scene(compression=case.scene.compression, shear=case.scene.shear, start=start), **mesh)[
-            0
-        ]
-        for start in ("U+S+", "U+S-")
-    )
-    # of a fixed step, rows enough to find a crossing to a millionth
-    every = max(1, int(2e-3 / policy.get("step", 1.0)))
-    try:
-        history = module.simulate(case.scene, every=every, configurations=False, **policy)
-    except SolverError as error:
-        return CaseRun(model, label, "failed", None, None, str(error), float("nan")), None
-    kind, reason = outcome_of(case, history, folds)
-    snaps = [None if found is None else found[1] for found in (history.crossing("slope"), history.crossing())]
-    seconds = float(history.stats["seconds"])
-    return CaseRun(model, label, kind, snaps[0], snaps[1], reason, seconds), history
-
-
-def _snaps(runs: Sequence[CaseRun]) -> tuple[list[float | None], list[float | None]]:
-    return [run.first for run in runs], [run.second for run in runs]
-
-
-def _estimate(values: Sequence[float | None], ratio: float) -> tuple[float, float] | None:
-    """A snap angle and its uncertainty from (coarse mesh, fine mesh, fine mesh at a looser tolerance).
-
-    The limit in the mesh, and what may be wrong with it: a quarter of the extrapolation, and the
-    change with the tolerance.  None where the three are too far apart to have a limit.
-    """
-    coarse, fine, loose = values
-    if coarse is None or fine is None or loose is None:
-        return None
-    if max(coarse, fine, loose) - min(coarse, fine, loose) > SCATTER:
-        return None
-    limit = two_point(coarse, fine, ratio)
-    return limit, 0.25 * abs(limit - fine) + abs(fine - loose)
-
-
-def _elements(values: Sequence[float | None]) -> tuple[float, float] | None:
-    """A snap angle of the elements and its uncertainty, from (coarse mesh, fine mesh, tighter tolerance)."""
-    coarse, fine, tight = values
-    if coarse is None or fine is None or tight is None:
-        return None
-    if max(coarse, fine, tight) - min(coarse, fine, tight) > SCATTER:
-        return None
-    return tight, abs(fine - coarse) + abs(fine - tight)
-
-
-def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[float, ...]) -> CaseVerdict:
-    """Run a case on two meshes and at two tolerances of both models, and with the paper's implicit Euler."""
-    coarse, fine = nodes
-    policies: list[tuple[str, str, dict[str, Any]]] = [
-        (f"N = {coarse}", "der", {"nodes": coarse, "tolerance": tolerance}),
-        (f"N = {fine}", "der", {"nodes": fine, "tolerance": tolerance}),
-        (f"N = {fine}, tolerance x 10", "der", {"nodes": fine, "tolerance": 10.0 * tolerance}),
-        # a method without damping of its own, where the others have some
-        ("discrete gradient", "der", {"nodes": coarse, "method": "discrete-gradient", "step": 2e-3}),
-        *((label, "kirchhoff", {"extensible": True, **policy}) for label, policy in ELEMENTS),
-    ]
-    refinements = len(policies)
-    policies += [
-        (f"implicit Euler, {step:g} s", "der", {"nodes": coarse, "method": "implicit-euler", "step": step})
-        for step in euler
-    ]
-    done = [_one(case, label, model, policy) for label, model, policy in policies]
-    runs = tuple(run for run, _ in done)
-    outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
-    ratio = edge_ratio(coarse, fine)
-    # a snap that refinement moves this far comes out of a rattle and not of a fold
-    scattered = any(
-        len(found) > 1 and max(found) - min(found) > SCATTER
-        for found in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))
-    )
-    history = done[1][1]
-    curve: dict[str, list[float]] = {}
-    if history is not None:
-        # enough rows for a figure
-        turning = int(np.searchsorted(np.abs(history.angle), abs(case.scene.stop or 0.0)))
-        pick = np.unique(
-            np.append(np.linspace(0, turning, 1500), np.linspace(turning, len(history) - 1, 1500))
-        )
-        pick = pick.astype(int)
-        columns = {"time": history.time, "angle": history.angle, "height": history.height}
-        curve = {name: values[pick].tolist() for name, values in columns.items()}
-    return CaseVerdict(
-        case=case,
-        runs=runs,
-        outcome=outcomes.pop() if len(outcomes) == 1 and not scattered else "sensitive",
-        first=_estimate([run.first for run in runs[:3]], ratio),
-        second=_estimate([run.second for run in runs[:3]], ratio),
-        elements=(
-            _elements([run.first for run in runs if run.model == "kirchhoff"]),
-            _elements([run.second for run in runs if run.model == "kirchhoff"]),
-        ),
-        curve=curve,
-    )
-
-
-def _settle(arguments: tuple[Case, tuple[int, int], float, tuple[float, ...]]) -> CaseVerdict:
-    return settle(*arguments)
+from ribbonfem import Scene
 
 
 def _draw(verdicts: Sequence[CaseVerdict], branches: dict[float, Curve], kind: str) -> Any:
@@ -232,17 +73,6 @@ class NamedCases:
     branches: dict[float, Curve]
 
 
-def _cost(work: tuple[Case, tuple[int, int], float, tuple[float, ...]]) -> float:
-    """Slow ramps at little damping take longest."""
-    return 1.0 / (work[0].scene.rate * work[0].scene.damping)
-
-
-def _compiled() -> None:
-    warm_up("der", "kirchhoff")
-    short = Scene(compression=0.4, shear=0.4, rate=1.0, stop=0.01)
-    der.simulate(short, nodes=21, method="implicit-euler", step=1e-3)
-
-
 def main(
     *,
     nodes: tuple[int, ...] = (51, 101),
@@ -266,7 +96,7 @@ def main(
     coarse, fine = int(nodes[0]), int(nodes[1])
     chosen = [case for case in CASES if only in ("all", case.kind)]
     work = [(case, (coarse, fine), tolerance, euler) for case in chosen]
-    verdicts = sweep("named cases", _settle, work, cost=_cost, prepare=_compiled)
+    verdicts = sweep("named cases", settled, work, cost=cost, prepare=compiled)
     branches = {
         compression: Curve.of(
             der.equilibria(Scene(compression=compression, shear=0.40), nodes=coarse, span=(-1.5, 1.0))
@@ -359,4 +189,5 @@ QUESTION = Question(
     tables=tables,
     drawings=drawings,
     values=values,
+    keep=True,
 )

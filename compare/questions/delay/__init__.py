@@ -1,6 +1,7 @@
 """How late a snap comes, against theory."""
 
-from .question import QUESTION, main, ratio_limit, slope_of
-from .systems import Cell, rates_for
+from compare.paper.delays import Cell, rates_for, ratio_limit, slope_of
+
+from .question import QUESTION, main
 
 __all__ = ["QUESTION", "Cell", "main", "rates_for", "ratio_limit", "slope_of"]

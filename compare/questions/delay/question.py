@@ -3,57 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from compare.face.section import Drawing, Table
 from compare.face.style import figure, plt
-from compare.models import warm_up
+from compare.paper.delays import (
+    DAMPINGS,
+    GROUPS,
+    Cell,
+    Delays,
+    compute,
+    ratio_limit,
+    slope_of,
+    universal_curve,
+)
 from compare.sweep import Sweep
-from ribbonfem.delay import Lead, NormalForm
+from ribbonfem.delay import NormalForm
 
 from ..registry import Question
-from .systems import DAMPINGS, GROUPS, SYSTEMS, Cell, SystemLead, escaped, measured, rates_for
-
-
-def slope_of(cells: list[Cell]) -> tuple[float, float, float] | None:
-    """Exponent of the angle delay over the three slowest rates, with their range."""
-    good = sorted((c for c in cells if c.measured), key=lambda c: c.rate)[:3]
-    if len(good) < 2:
-        return None
-    x, y = np.log([c.rate for c in good]), np.log([c.measured for c in good if c.measured])
-    return float(np.polyfit(x, y, 1)[0]), good[0].rate, good[-1].rate
-
-
-def ratio_limit(cells: list[Cell]) -> float | None:
-    """measured / predicted in the limit of a slow ramp, from the three slowest rates.
-
-    What the normal form leaves out is the time of the snap itself, against that of its layer at the
-    fold: rate^(1/5) where inertia rules and rate^(1/3) where damping does.
-    """
-    good = sorted((c for c in cells if c.measured), key=lambda c: c.rate)[:3]
-    if len(good) < 3:
-        return None
-    power = 1.0 / 5.0 if good[0].damping_ratio < 1.0 else 1.0 / 3.0
-    x = np.array([c.rate**power for c in good])
-    y = np.array([(c.measured or 0.0) / c.predicted for c in good])
-    return float(np.polynomial.Polynomial.fit(x, y, 2)(0.0))
-
-
-def universal_curve(cells: Sequence[Cell], forms: dict[str, NormalForm]) -> CubicSpline:
-    """ln f against ln Lambda through the values that the cells were predicted with.
-
-    Each of them is an integration of the normal form; a figure needs hundreds.
-    """
-    found = {}
-    for cell in cells:
-        scale = (forms[cell.system].product * cell.rate) ** 0.2
-        found[round(float(np.log(cell.damping_ratio)), 3)] = float(np.log(cell.predicted / cell.rate * scale))
-    points = sorted(found.items())
-    return CubicSpline(*np.array(points).T)
 
 
 def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str, ...]) -> Any:
@@ -100,25 +69,6 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
     return fig
 
 
-@dataclass(frozen=True)
-class Delays:
-    """What was found: the systems' normal forms, and every measured delay."""
-
-    forms: dict[str, NormalForm]
-    dampings: tuple[float, ...]
-    cells: tuple[Cell, ...]
-    escapes: tuple[SystemLead, ...] = ()
-
-    def of(self, name: str, damping: float) -> list[Cell]:
-        """The delays of a system at a damping."""
-        return [c for c in self.cells if c.system == name and c.damping == damping]
-
-
-def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
-    """Slow ramps at little damping take longest."""
-    return 1.0 / (work[3] * max(work[2], 1e-2))
-
-
 def main(
     *,
     systems: Literal["beam", "ribbon", "all"] = "all",
@@ -136,22 +86,7 @@ def main(
     if systems not in GROUPS:
         raise ValueError(f"systems = {systems!r}: must be one of {', '.join(GROUPS)}")
     names = GROUPS[systems]
-    forms = {}
-    for name in sweep.progress("static folds", names):
-        system = SYSTEMS[name]
-        forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
-    pairs = [(name, damping) for name in names for damping in dampings]
-    escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
-    leads = {(found.system, found.damping): found.lead for found in escapes}
-    work = [
-        (name, forms[name], damping, rate, leads[name, damping])
-        for name in names
-        for damping in dampings
-        for rate in rates_for(damping, decades)
-    ]
-    work.sort(key=_cost, reverse=True)
-    cells = sweep("delays", measured, work, cost=_cost, prepare=warm_up)
-    return Delays(forms, tuple(dampings), tuple(cells), tuple(escapes))
+    return compute(names, tuple(dampings), decades, sweep)
 
 
 def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
@@ -273,4 +208,5 @@ QUESTION = Question(
     tables=tables,
     drawings=drawings,
     values=values,
+    keep=True,
 )

@@ -2,108 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import der
 from compare.face.style import draw_curve, figure, plt
-from ribbonfem import Branch, Fold, Scene, kirchhoff
-from ribbonfem.continuation import Steps
+from compare.paper.paths import Paths, Swept, crowd, leg
 
-# beyond one unstable direction the curves only climb to higher modes
-RISING: dict[str, Any] = {"unstable": 1, "span": (-1.1, 1.1)}
-# steps short enough for a polyline to look like a curve
-SMOOTH = Steps(turn=0.1, largest=0.05)
 _ROD = "#d1495b"
-
-
-@dataclass(frozen=True)
-class Paths:
-    """Curves of one scene in both models: elements from U+S+ and from U+S-, rods from U+S+."""
-
-    curve: Branch
-    minus: Branch
-    rod: Branch
-    nodes: int
-
-
-def _drawn(branch: Branch) -> Branch:
-    """A branch without its configurations, which no figure shows."""
-    return replace(branch, configurations=branch.configurations[:, :0])
-
-
-def paths_of(work: tuple[Scene, int, int]) -> Paths:
-    """The curves of Paths 1 and 2, of elements and of rods."""
-    scene, elements, nodes = work
-    return Paths(
-        curve=_drawn(kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING)),
-        minus=_drawn(
-            kirchhoff.equilibria(replace(scene, start="U+S-"), elements=elements, steps=SMOOTH, **RISING)
-        ),
-        rod=_drawn(der.equilibria(scene, nodes=nodes, steps=Steps(turn=0.3, largest=0.1), **RISING)),
-        nodes=nodes,
-    )
-
-
-@dataclass(frozen=True)
-class Swept:
-    """One scene of a sweep in both models: curves, and folds of elements (without and with EA) and rods."""
-
-    scene: Scene
-    curve: Branch
-    rod: Branch
-    plain: tuple[Fold, ...]
-    stretched: tuple[Fold, ...]
-    coarse: tuple[Fold, ...]
-    fine: tuple[Fold, ...]
-
-
-def swept_scene(work: tuple[Scene, int, tuple[int, int]]) -> Swept:
-    """Curves and folds of one scene of a sweep, in both models."""
-    scene, elements, nodes = work
-    return Swept(
-        scene=scene,
-        curve=_drawn(kirchhoff.equilibria(scene, elements=elements, steps=SMOOTH, **RISING)),
-        # at (0.40, 0.40) the curve of rods of few nodes runs through the isola, out to alpha = -1.3
-        rod=_drawn(der.equilibria(scene, nodes=nodes[1], unstable=1)),
-        plain=kirchhoff.folds(scene, elements=elements),
-        stretched=kirchhoff.folds(scene, elements=elements, extensible=True),
-        coarse=der.folds(scene, nodes=nodes[0]),
-        fine=der.folds(scene, nodes=nodes[1]),
-    )
-
-
-def _crowd(branch: Branch, apart: float) -> NDArray[np.int64]:
-    """Rows of a branch at least `apart` from one another, an angle of 1 rad counting as 0.3 L."""
-    kept = [0]
-    for k in range(1, len(branch)):
-        gap = np.hypot(
-            0.3 * (branch.angle[k] - branch.angle[kept[-1]]), branch.height[k] - branch.height[kept[-1]]
-        )
-        if gap >= apart:
-            kept.append(k)
-    return np.array(kept)
-
-
-def _leg(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Angle, height and slope of the stable states from alpha = 0 up to their fold."""
-    first = int(np.flatnonzero(branch.angle == 0.0)[0])
-    # the start may be met on the curve in either sense
-    sense = 1 if branch.angle[first + 1] > 0.0 else -1
-    last = first
-    while branch.stable[last] and branch.angle[last + sense] > branch.angle[last]:
-        last += sense
-    rows = np.arange(first, last + sense, sense)
-    return branch.angle[rows], branch.height[rows], branch.slope[rows]
 
 
 def draw_paths(found: Paths) -> Any:
     """Paths 1 and 2 (Fig. 4): height and slope at midspan against the clamp angle."""
     curve, rod, minus, nodes = found.curve, found.rod, found.minus, found.nodes
-    plus_leg, minus_leg = _leg(curve), _leg(minus)
+    plus_leg, minus_leg = leg(curve), leg(minus)
     first = int(np.flatnonzero(curve.angle == 0.0)[0])
     # U-S+ at alpha is the mirror image of U+S+ at -alpha
     back = slice(first, None, -1) if curve.angle[first - 1] < 0.0 else slice(first, None)
@@ -119,7 +32,7 @@ def draw_paths(found: Paths) -> Any:
                 values: NDArray[np.float64] = getattr(curve, name)
                 x, y = sign * curve.angle, sign * values
                 draw_curve(ax, x, y, curve.stable, tone, width=1.1)
-                picked = _crowd(rod, 0.016)
+                picked = crowd(rod, 0.016)
                 style: dict[str, Any] = {"ms": 3.4, "mfc": "none", "mec": _ROD, "mew": 0.8, "zorder": 4}
                 ax.plot(
                     sign * rod.angle[picked], sign * getattr(rod, name)[picked], "o", **style,
@@ -165,10 +78,10 @@ def _draw_route(ax: Any, legs: list[Any], what: int) -> None:
     """The way of a slow ramp along its stable sheets, with a drop at each fold."""
     start = 0.0
     style: dict[str, Any] = {"color": "orange", "lw": 4.5, "alpha": 0.45, "zorder": 1}
-    for k, leg in enumerate(legs):
-        keep = leg[0] >= start
-        x = np.concatenate(([start], leg[0][keep]))
-        y = np.concatenate(([np.interp(start, leg[0], leg[what])], leg[what][keep]))
+    for k, one in enumerate(legs):
+        keep = one[0] >= start
+        x = np.concatenate(([start], one[0][keep]))
+        y = np.concatenate(([np.interp(start, one[0], one[what])], one[what][keep]))
         ax.plot(x, y, solid_capstyle="butt", **style)
         if k + 1 == len(legs):
             return
@@ -198,7 +111,7 @@ def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> An
             colour = plt.cm.viridis(0.88 * k / max(1, len(values) - 1))
             curve, rod = found.curve, found.rod
             draw_curve(left, curve.angle, curve.height, curve.stable, colour, f"${value:.2f}$", width=1.2)
-            picked = np.array([k for k in _crowd(rod, 0.03) if rod.stable[k]], dtype=int)
+            picked = np.array([k for k in crowd(rod, 0.03) if rod.stable[k]], dtype=int)
             left.plot(rod.angle[picked], rod.height[picked], "o", ms=3, mfc="none", mec=colour, mew=0.7)
             for fold in found.plain:
                 left.plot(fold.angle, fold.height, "k.", ms=6, zorder=5)

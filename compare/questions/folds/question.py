@@ -14,12 +14,13 @@ import der
 from compare.face.section import Drawing, Table
 from compare.limits import edge_ratio, of_folds, triple_order, two_point
 from compare.models import timed, warm_up
+from compare.paper.paths import Paths, Swept, paths_of, swept_scene
 from compare.questions.registry import Question
 from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
 
 from . import shear
-from .paths import Paths, Swept, draw_critical, draw_paths, paths_of, swept_scene
+from .paths import draw_critical, draw_paths
 
 # the paper's two paths (Fig. 4), the scenes of its dynamics, and planar beams
 SCENES: tuple[tuple[str, Scene], ...] = (

@@ -1,0 +1,1 @@
+"""The paper's scenes and runs, computed here for every question that asks of them."""
