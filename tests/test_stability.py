@@ -13,14 +13,21 @@ from ribbonfem.results import Branch, Fold
 
 BY_NAME = {case.name: case for case in CASES}
 RIGHT = (stability.GOOD, stability.LOSSY)
+SPATIAL = (hard_cases.RODS, hard_cases.KIRCHHOFF)
+RODS_DEFAULT = stability.DEFAULTS[hard_cases.RODS]
 PHYSICAL = [
     (case.name, model)
     for case in CASES
     for model in stability.METHODS
-    if (model == hard_cases.RODS or case.scene.planar) and model not in dict(case.refused)
+    if (model in (hard_cases.RODS, hard_cases.KIRCHHOFF) or case.scene.planar)
+    and model not in dict(case.refused)
 ]
 # default runs that are right on their mesh and off against a finer one, and by what
-COARSE_DEFAULTS = {("planar, rate 1000", hard_cases.ELASTICA): 0.042}
+COARSE_DEFAULTS = {
+    ("planar, rate 1000", hard_cases.ELASTICA): 0.042,
+    ("GJ/EI2 100", hard_cases.KIRCHHOFF): 2.41e-3,
+    ("nearly taut, dW 0.799", hard_cases.KIRCHHOFF): 4.7e-4,
+}
 QUICK = (
     "h/L 1e-4",
     "h/L 0.05, W < h",
@@ -65,7 +72,11 @@ def test_a_made_up_motion_is_judged(shift, change, status, note):
     truth = made_up(0.5 - time)
     case = Hard("made up", truth.scene)
     found = stability.judge_run(
-        case, hard_cases.RODS, stability.DEFAULT, made_up(0.5 - time + shift, **change), truth
+        case,
+        hard_cases.RODS,
+        RODS_DEFAULT,
+        made_up(0.5 - time + shift, **change),
+        truth,
     )
     assert found.status == status, found
     assert note in found.note
@@ -109,7 +120,7 @@ def test_a_finer_mesh_fails_a_beam_and_is_shown_of_a_rod(model, shift, status, m
     time = np.linspace(0.0, 1.0, 201)
     truth = made_up(0.5 - time)
     case = Hard("made up", truth.scene)
-    judged = stability.judge_run(case, model, stability.DEFAULT, truth, truth)
+    judged = stability.judge_run(case, model, stability.DEFAULTS[model], truth, truth)
     found = stability.with_mesh(case, judged, truth, made_up(0.5 - time + shift))
     assert found.status == status, found
     assert found.error == 0.0
@@ -164,14 +175,14 @@ def test_cases_have_names_of_their_own_and_durations():
 
 @pytest.mark.parametrize("name", QUICK)
 def test_the_default_steps_of_the_rods_give_the_right_result(name):
-    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (stability.DEFAULT,), meshes=False)
+    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (RODS_DEFAULT,), meshes=False)
     assert found.status in RIGHT, found
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), PHYSICAL)
 def test_default_steps_give_the_right_result_in_every_physical_case(name, model):
-    (found,) = stability.judge(BY_NAME[name], model, (stability.DEFAULT,))
+    (found,) = stability.judge(BY_NAME[name], model, (stability.DEFAULTS[model],))
     if (name, model) in COARSE_DEFAULTS:
         assert found.status == stability.COARSE, found
         assert np.isclose(found.mesh, COARSE_DEFAULTS[name, model], rtol=0.1)

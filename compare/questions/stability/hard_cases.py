@@ -1,8 +1,8 @@
 """The hard cases: scenes that broke a method, or were made to.
 
-Sheared ribbons are for the rods, planar ones for the beams too.  Angles and periods that a case
-is built on (the fold and the lowest period of its own mesh, 51 nodes) are printed by
-`der.folds` and follow from the lowest eigenvalue at the start.
+Sheared ribbons are for the rods and the Kirchhoff elements, planar ones for the beams too.  Angles
+and periods that a case is built on (the fold and the lowest period of its own mesh, 51 nodes) are
+printed by `der.folds` and follow from the lowest eigenvalue at the start.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 from ribbonfem import Ribbon, Scene, SceneError
 from ribbonfem.policy import PolicyError
 
-RODS, ELASTICA, QUASILINEAR = "DER", "elastica", "quasi-linear"
+RODS, KIRCHHOFF, ELASTICA, QUASILINEAR = "DER", "Kirchhoff", "elastica", "quasi-linear"
 PATH_1: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+S-"}
 UNBROKEN: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+"}
 PLANAR: dict[str, Any] = {"compression": 0.40, "shear": 0.0, "start": "U+"}

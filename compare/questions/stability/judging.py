@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import der
-from ribbonfem import History, elastica, quasilinear
+from ribbonfem import History, elastica, kirchhoff, quasilinear
 from ribbonfem.results import Array
 
 from .confirmations import Confirmation
@@ -19,6 +19,7 @@ from .hard_cases import (
     COARSE,
     ELASTICA,
     GOOD,
+    KIRCHHOFF,
     LOSSY,
     QUASILINEAR,
     RAISED,
@@ -36,15 +37,17 @@ from .hard_cases import (
 
 FIXED = ("implicit-euler", "newmark", "generalised-alpha", "midpoint", "discrete-gradient")
 BEAM_FIXED = ("implicit-euler", "newmark", "generalised-alpha")
-DEFAULT = "tr-bdf2"
+# with adaptive steps; the others have the step of the case
+DEFAULTS = {RODS: "tr-bdf2", KIRCHHOFF: "esdirk4", ELASTICA: "tr-bdf2", QUASILINEAR: "tr-bdf2"}
 METHODS = {
-    RODS: (DEFAULT, *FIXED, "verlet"),
-    ELASTICA: (DEFAULT, *BEAM_FIXED),
-    QUASILINEAR: (DEFAULT, *BEAM_FIXED),
+    RODS: (DEFAULTS[RODS], *FIXED, "verlet"),
+    **{name: (DEFAULTS[name], *BEAM_FIXED) for name in (KIRCHHOFF, ELASTICA, QUASILINEAR)},
 }
-BEAMS = {ELASTICA: elastica, QUASILINEAR: quasilinear}
-# elements twice as many as those of the default
-_FINER = {ELASTICA: 32, QUASILINEAR: 64}
+ELEMENTS = {KIRCHHOFF: kirchhoff, ELASTICA: elastica, QUASILINEAR: quasilinear}
+# of each what it takes besides: the Kirchhoff rod stretches as the rods do
+_POLICY: dict[str, dict[str, Any]] = {KIRCHHOFF: {"extensible": True, "configurations": False}}
+# elements at least twice as many as those of the default
+_FINER = {KIRCHHOFF: 16, ELASTICA: 32, QUASILINEAR: 64}
 # nodes above which a rod twice as fine is not asked: it costs more than all else together
 _FINEST = 200
 # the tolerance of the references, L
@@ -113,19 +116,25 @@ def _until(case: Hard) -> str:
     return "snap" if case.snap == "height" else "end"
 
 
+def moved(case: Hard, model: str, **policy: Any) -> History:
+    """The motion of a case by elements."""
+    simulate: Any = ELEMENTS[model].simulate
+    return simulate(case.scene, **_POLICY.get(model, {}), **policy)
+
+
 def reference(case: Hard, model: str) -> History:
     """A tight run on the same mesh, by which the stepping is judged."""
     if model == RODS:
         return der.simulate(
             case.scene, nodes=case.nodes, tolerance=TIGHT, until=_until(case), configurations=False
         )
-    return BEAMS[model].simulate(case.scene, tolerance=0.1 * TIGHT, until=_until(case))
+    return moved(case, model, tolerance=0.1 * TIGHT, until=_until(case))
 
 
 def finer(case: Hard, model: str) -> History | None:
     """The motion on a mesh twice as fine, at a tenth of the default tolerance; None if it costs too much."""
     if model != RODS:
-        return BEAMS[model].simulate(case.scene, elements=_FINER[model], tolerance=TIGHT, until=_until(case))
+        return moved(case, model, elements=_FINER[model], tolerance=TIGHT, until=_until(case))
     if case.nodes > _FINEST:
         return None
     nodes = 2 * (case.nodes - 2) + 2
@@ -139,7 +148,7 @@ def run(case: Hard, model: str, method: str) -> History | None:
 
     The default method has its adaptive steps, the others the case's.
     """
-    step = None if method == DEFAULT else explicit_step(case) if method == "verlet" else case.step
+    step = None if method == DEFAULTS[model] else explicit_step(case) if method == "verlet" else case.step
     if step is not None and case.duration / step > (EXPLICIT_MOST if method == "verlet" else MOST):
         return None
     if model == RODS:
@@ -147,7 +156,7 @@ def run(case: Hard, model: str, method: str) -> History | None:
         return der.simulate(
             case.scene, nodes=case.nodes, method=method, step=step, every=every, configurations=False
         )
-    return BEAMS[model].simulate(case.scene, method=method, step=step)
+    return moved(case, model, method=method, step=step)
 
 
 def judge_run(case: Hard, model: str, method: str, history: History, truth: History) -> MotionVerdict:
@@ -155,7 +164,7 @@ def judge_run(case: Hard, model: str, method: str, history: History, truth: Hist
     growth, loss = drift_of(history)
     snap = history.crossing(case.snap) if case.snap else None
     off = deviation(case, history, truth)
-    strict = method == DEFAULT
+    strict = method == DEFAULTS[model]
 
     def verdict(status: str, note: str, drift: float) -> MotionVerdict:
         return MotionVerdict(
@@ -255,7 +264,7 @@ def judge(
             verdicts.append(MotionVerdict(case.name, model, method, status, note))
         else:
             verdict = judge_run(case, model, method, history, truth)
-            if meshes and method == DEFAULT:
+            if meshes and method == DEFAULTS[model]:
                 try:
                     fine = finer(case, model)
                 except Exception as error:
@@ -275,7 +284,7 @@ def confirm(asked: Confirmation) -> Confirmation:
         if asked.model == RODS:
             other = der.simulate(case.scene, nodes=case.nodes, configurations=False, **policy)
         else:
-            other = BEAMS[asked.model].simulate(case.scene, **policy)
+            other = moved(case, asked.model, **policy)
     except Exception as error:
         return replace(asked, note=told(error))
     off = deviation(case, other, truth)

@@ -50,10 +50,10 @@ _REST = {
 }
 
 
-def _defaults(verdicts: Sequence[MotionVerdict], default: str) -> list[MotionVerdict]:
+def _defaults(verdicts: Sequence[MotionVerdict], methods: Mapping[str, str]) -> list[MotionVerdict]:
     """The default runs of motions that exist: those that have to survive."""
     absent = {(case.name, model) for case in CASES for model, _ in case.refused}
-    return [v for v in verdicts if v.method == default and (v.case, v.model) not in absent]
+    return [v for v in verdicts if v.method == methods[v.model] and (v.case, v.model) not in absent]
 
 
 def _failures(defaults: Sequence[MotionVerdict]) -> str:
@@ -97,12 +97,12 @@ def summary(
     verdicts: Sequence[MotionVerdict],
     statics: Sequence[StaticVerdict],
     confirmed: Sequence[Confirmation],
-    default: str,
+    methods: Mapping[str, str],
 ) -> list[str]:
-    """Say in words how many of each status there are, and which default runs failed."""
+    """Say in words how many of each status there are, and which default runs (`methods`) failed."""
     counts = {status: sum(v.status == status for v in verdicts) for status in STATUSES}
     still = {status: sum(v.status == status for v in statics) for status in {v.status for v in statics}}
-    defaults = _defaults(verdicts, default)
+    defaults = _defaults(verdicts, methods)
     survived = sum(v.status in (GOOD, LOSSY) for v in defaults)
     failures = _failures(defaults)
     damped = [v for v in defaults if v.status == LOSSY]
@@ -115,7 +115,7 @@ def summary(
         f"{counts[UNRESOLVED]} are off and their own energy balance says that the step is too long, "
         f"{counts[RAISED]} raised an error that says why, {counts[REFUSED]} were refused by the name of "
         f"what cannot be, {counts[WRONG]} are wrong without saying so; {counts[SKIPPED]} were left out.",
-        f"The default steps of all models, on the default meshes of the beams, give the right result in "
+        f"The default steps of all models, on the default meshes of the elements, give the right result in "
         f"{survived} of {len(defaults)} motions that exist: within 0.1 % of the snap's angle (and 2e-4 "
         f"rad), 1 % of a wait, 1 % of the height's range.  Of these, {len(damped)} lose more than "
         f"5 % of the largest kinetic energy to the method's own damping, {worst:.0%} at most."
@@ -123,8 +123,10 @@ def summary(
         f"{len({v.scene for v in statics})} scenes at rest: "
         + ", ".join(f"{number} {status}" for status, number in sorted(still.items()))
         + f".  {_failed_at_rest(statics)}",
-        f"{default} is adaptive with its default tolerance, the other methods have the fixed step of the "
-        "case. References are adaptive at 1e-6 L (beams: 1e-7) on the same mesh, and end at the snap.",
+        "The defaults ("
+        + ", ".join(f"{method} of {model}" for model, method in methods.items())
+        + ") are adaptive with their default tolerances, the other methods have the fixed step of the case. "
+        "References are adaptive at 1e-6 L (elements: 1e-7) on the same mesh, and end at the snap.",
         _meshes(defaults),
         _confirmations(confirmed),
     ]

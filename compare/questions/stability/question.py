@@ -15,9 +15,9 @@ from ribbonfem import Scene
 
 from . import maps
 from .confirmations import CONFIRMED, Confirmation
-from .hard_cases import CASES, KNOWN, PATH_1, PLANAR, RODS, Hard, MotionVerdict
+from .hard_cases import CASES, KIRCHHOFF, KNOWN, PATH_1, PLANAR, RODS, Hard, MotionVerdict
 from .hard_statics import StaticVerdict, judge_statics, static_scenes
-from .judging import BEAMS, DEFAULT, EXPLICIT_MOST, METHODS, MOST, confirm, judge
+from .judging import DEFAULTS, ELEMENTS, EXPLICIT_MOST, METHODS, MOST, confirm, judge
 
 
 def _work(item: tuple[Any, ...]) -> tuple[list[Any], str, float]:
@@ -36,10 +36,10 @@ def _work(item: tuple[Any, ...]) -> tuple[list[Any], str, float]:
 def _warm_up() -> None:
     """Compile everything before processes share it."""
     for method in METHODS[RODS]:
-        step = None if method == DEFAULT else 1e-5
+        step = None if method == DEFAULTS[RODS] else 1e-5
         der.simulate(Scene(**PATH_1, rate=10.0, stop=1e-3), nodes=11, method=method, step=step)
-    for beam in BEAMS.values():
-        beam.simulate(Scene(**PLANAR, rate=10.0, stop=1e-3))
+    for model in ELEMENTS.values():
+        model.simulate(Scene(**PLANAR, rate=10.0, stop=1e-3))
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def main(*, sweep: Sweep | None = None) -> HardCases:
     # are then busy to the end
     work: list[Any] = [(asked,) for asked in CONFIRMED]
     for case in CASES:
-        work += [(case, model) for model in METHODS if model == RODS or case.scene.planar]
+        work += [(case, model) for model in METHODS if model in (RODS, KIRCHHOFF) or case.scene.planar]
     work += list(static_scenes().items())
     done = sweep("hard cases", _work, work, prepare=_warm_up)
     found = [v for group, _, _ in done for v in group]
@@ -84,7 +84,7 @@ def words(found: HardCases) -> list[str]:
         f"{EXPLICIT_MOST:,}).  "
         f"The work took {sum(found.seconds.values()):.0f} s of the processor."
     )
-    return [*maps.summary(found.runs, found.statics, found.confirmed, DEFAULT), limits]
+    return [*maps.summary(found.runs, found.statics, found.confirmed, DEFAULTS), limits]
 
 
 def tables(found: HardCases) -> list[Table]:
@@ -99,7 +99,7 @@ def drawings(found: HardCases) -> Iterator[Drawing]:
     for file, caption, chosen in (
         ("known", "Motions of ribbons that broke prototypes.", known - planar),
         ("ribbons", "Motions of ribbons made to be hard.", {v.case for v in found.runs} - known - planar),
-        ("planar", "Planar motions: rods, elastica, quasi-linear beam.", planar),
+        ("planar", "Planar motions: rods, Kirchhoff elements, elastica, quasi-linear beam.", planar),
     ):
         verdicts = [v for v in found.runs if v.case in chosen]
         yield Drawing(f"stability-{file}.png", caption, maps.motion_map(verdicts))
