@@ -473,3 +473,10 @@ def test_normal_forms_are_the_rods_limit_and_predict_delays():
     measured = snap(scene, extensible=True) - form.angle
     # the leading order is late by a time of 0.15 s
     assert delay.predict(form, scene.rate, scene.damping).angle - measured == pytest.approx(1.5e-4, abs=5e-5)
+
+
+def test_steps_that_are_never_as_long_as_asked_for_end_a_run():
+    """Newmark rings on what damping should forget at once, and Newton fails: it crept on for ever."""
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=1e-6, stop=0.6, damping=1e5)
+    with pytest.raises(SolverError, match="step = 1000 s found no next state by steps as long"):
+        kirchhoff.simulate(scene, elements=4, extensible=True, method="newmark", step=1000.0)

@@ -373,6 +373,11 @@ def problem_of(status: int, scene: Scene, control: Control) -> str:
         asked = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
         least = SMALLEST_STEP * scene.ribbon.inertial_time
         return f"{control.method.name} {asked} found no next state by any step down to {least:.1e} s"
+    if status == kernels.CREPT:
+        return (
+            f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and took "
+            "many times as many shorter ones: it needs a shorter step, or a tolerance in its place"
+        )
     if status == kernels.GREW:
         return (
             f"the energy has grown by more than {kernels.GROWTH:.0%} without work: "

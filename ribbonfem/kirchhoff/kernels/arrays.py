@@ -11,7 +11,7 @@ from ribbonfem.results import Array
 from .tangent import P
 
 # what `run` returns
-DONE, FULL, STUCK, GREW = 0, 1, 2, 3
+DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON, REJECTED, ROWS = range(10)
 MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY, EXCESS = range(

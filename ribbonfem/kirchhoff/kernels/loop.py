@@ -11,11 +11,12 @@ import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, ONE_STAGE, Scheme
+from ribbonfem.stepping.kernels.arrays import DIRK, MOST_BESIDES, MOST_TIMES, ONE_STAGE, Scheme
 
 from .arrays import (
     AFTER,
     CARRY,
+    CREPT,
     DISSIPATED,
     DONE,
     EXCESS,
@@ -258,6 +259,8 @@ def run(
         if ramp.fixed > 0.0:
             # at least one step, of however long a one is asked for
             nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
+            if clock[STEPS] > MOST_TIMES * (ramp.end / ramp.fixed) + MOST_BESIDES:
+                return CREPT
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)

@@ -15,6 +15,7 @@ Every stage of every method solves the same equations, with q = qp + b a and v =
 
 from .arrays import (
     CLOCK_SIZE,
+    CREPT,
     DIRK,
     ELASTICA,
     FULL,
@@ -41,6 +42,7 @@ from .quasilinear import newton_quasilinear, project_quasilinear
 
 __all__ = [
     "CLOCK_SIZE",
+    "CREPT",
     "DIRK",
     "ELASTICA",
     "FULL",

@@ -12,7 +12,10 @@ from ribbonfem.results import Array
 ELASTICA, QUASILINEAR = 0, 1
 ONE_STAGE, DIRK = 0, 1
 # what `run` returns
-DONE, FULL, STUCK, GREW = 0, 1, 2, 3
+DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
+# steps that a run of fixed ones may take: so many times those asked for, and so many besides (a snap in a run
+# of few long steps needs more)
+MOST_TIMES, MOST_BESIDES = 32.0, 2e4
 # what `clock` holds
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
 REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY = range(8, 18)

@@ -10,6 +10,7 @@ from ribbonfem.results import Array
 from .arrays import (
     AFTER,
     CARRY,
+    CREPT,
     DIRK,
     DISSIPATED,
     DONE,
@@ -20,6 +21,8 @@ from .arrays import (
     LAST,
     LOWEST,
     MOMENT,
+    MOST_BESIDES,
+    MOST_TIMES,
     NEWTON,
     ONE_STAGE,
     PEAK,
@@ -150,6 +153,8 @@ def run(
         if ramp.fixed > 0.0:
             # at least one step, of however long a one is asked for
             nominal = (end - start) / max(1.0, np.ceil((end - start) / ramp.fixed - 1e-9))
+            if clock[STEPS] > MOST_TIMES * (ramp.end / ramp.fixed) + MOST_BESIDES:
+                return CREPT
         time = clock[TIME]
         rest = end - time
         h = _next_step(ramp, clock, rest, nominal)
