@@ -143,8 +143,9 @@ def _scaling(found: Delays, figure: str, letters: str) -> list[Panel]:
             for kind in kinds:
                 tag = label if kind == kinds[0] else ""
                 series[kind].append(Series(said, *points[kind], look, colour, label=tag))
-    curve = universal_curve([cell for cell in found.cells if cell.system in (elements, rods)], found.forms)
-    ends = [cell.damping_ratio for cell in found.cells if cell.system in (elements, rods)]
+    # of one system: knots of two lie so close to each other that a spline would swing between them
+    curve = universal_curve([cell for cell in found.cells if cell.system == elements], found.forms)
+    ends = [cell.damping_ratio for cell in found.cells if cell.system == elements]
     span = np.geomspace(min(ends), max(ends), 80)
     f = np.exp(curve(np.log(span)))
     series["collapse"].append(Series("predicted, f(Lambda)", span, f, "thin", "black", label="predicted"))

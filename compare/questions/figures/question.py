@@ -198,7 +198,7 @@ def values(found: Figures) -> dict[str, Any]:
 QUESTION = Question(
     name="figures",
     title="The paper's figures and claims",
-    takes="some 30 minutes",
+    takes="some 15 minutes",
     main=main,
     words=words,
     tables=tables,
