@@ -278,5 +278,24 @@ def test_shares_inside_a_region_do_not_depend_on_mesh_tolerance_or_model():
     assert min(share[0] for share in shares) > 0.0
 
 
+def test_elements_draw_what_rods_draw(diagram):
+    """Where neither rings on a boundary; with the mesh that elements in motion have by default."""
+    with Sweep(processes=1) as sweep:
+        found = skipping_diagram(
+            0.40,
+            0.40,
+            (0.05, 1.0, 2),
+            (0.5, 30.0, 2),
+            model="kirchhoff",
+            extensible=True,
+            samples=1,
+            boundaries=False,
+            sweep=sweep,
+        )
+    assert not found.failed
+    assert found.outcome[1, 0] == diagram.outcome[2, 0] == "no skip"
+    assert found.outcome[1, 1] == diagram.outcome[2, 2] == "type 2"
+
+
 def test_models_side_by_side(diagram):
     assert not both({"one": diagram, "two": diagram}).any()

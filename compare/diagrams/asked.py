@@ -65,7 +65,11 @@ def compute(
     samples, boundaries: as in `skipping_diagram`.
     """
     models = ("der", "kirchhoff") if model == "both" else (model,)
-    policies: dict[str, Mapping[str, Any]] = {"der": {"nodes": nodes}, "kirchhoff": {}}
+    policies: dict[str, Mapping[str, Any]] = {
+        "der": {"nodes": nodes},
+        # as the rods do
+        "kirchhoff": {"extensible": True},
+    }
     asked: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
     found = [call(model=name, **asked, **policies[name]) for call in calls for name in models]
     published, same = [], []

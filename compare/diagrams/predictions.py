@@ -27,9 +27,9 @@ from scipy.optimize import brentq
 from compare.models import MODELS
 from ribbonfem import Branch, SolverError
 from ribbonfem.delay import NormalForm, lead, universal
-from ribbonfem.results import MESH, Array
+from ribbonfem.results import Array
 
-from .runs import Ground
+from .runs import Ground, mesh_of
 
 TYPE_1 = "type 1: the energy of the first snap reaches the pass to U-"
 TYPE_2 = "type 2: the delay at alpha_c1 reaches alpha_c2"
@@ -155,7 +155,7 @@ def predictions(base: Ground, rates: Array, dampings: Array) -> Mapping[str, Arr
     window = base.folds[1].angle - base.folds[0].angle
     if not hasattr(model, "normal_forms") or window <= 0.0:
         return {}
-    mesh = {name: value for name, value in base.policy.items() if name in MESH}
+    mesh = mesh_of(base.model, base.policy)
     curves = {}
     try:
         form = model.normal_forms(base.scene, **mesh)[0]

@@ -16,7 +16,9 @@ import numpy as np
 
 from compare.models import MODELS
 from ribbonfem import Fold, History, Scene, SolverError
+from ribbonfem.declared import defaults
 from ribbonfem.outcomes import classify, name_by_signs
+from ribbonfem.results import MESH
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
@@ -70,6 +72,12 @@ class Sample:
     reason: str
 
 
+def mesh_of(model: str, policy: Mapping[str, Any]) -> dict[str, Any]:
+    """The mesh that runs of a policy have, for the verbs at rest: their own defaults may be finer."""
+    full = {**defaults(MODELS[model], "simulate"), **policy}
+    return {name: value for name, value in full.items() if name in MESH}
+
+
 def ground(scene: Scene, model: str, policy: Mapping[str, Any]) -> Ground:
     """The ground of a diagram: its folds, once.
 
@@ -80,9 +88,7 @@ def ground(scene: Scene, model: str, policy: Mapping[str, Any]) -> Ground:
     SceneError, SolverError
         If the ribbon has not both states, or no fold of one of them.
     """
-    mesh = {
-        name: value for name, value in policy.items() if name in ("nodes", "clamp", "elements", "extensible")
-    }
+    mesh = mesh_of(model, policy)
     found = []
     for start in ("U+S+", "U+S-"):
         folds = MODELS[model].folds(replace(scene, start=start, rate=1.0, stop=None, hold=0.0), **mesh)

@@ -375,8 +375,8 @@ def problem_of(status: int, scene: Scene, control: Control) -> str:
         return f"{control.method.name} {asked} found no next state by any step down to {least:.1e} s"
     if status == kernels.CREPT:
         return (
-            f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and took "
-            "many times as many shorter ones: it needs a shorter step, or a tolerance in its place"
+            f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and "
+            "took many times as many shorter ones: it needs a shorter step, or a tolerance in its place"
         )
     if status == kernels.GREW:
         return (

@@ -221,9 +221,17 @@ PLANE = (
     _planar("planar, h/L 1e-4", 0.1, rate=0.005, damping=0.01, ribbon=THINNEST),
     # 16 and 1.267 follow
     _planar("planar, h/L 0.05", stop=1.25, ribbon=Ribbon(thickness=0.05)),
-    _planar("planar, EI1/EI2 1", refused={RODS: _NEUTRAL}, ribbon=Ribbon(bending_ratio=1.0)),
+    _planar(
+        "planar, EI1/EI2 1", refused={RODS: _NEUTRAL, KIRCHHOFF: _NEUTRAL}, ribbon=Ribbon(bending_ratio=1.0)
+    ),
     _planar("planar, dL 0.001", rate=0.05, stop=0.1, compression=0.001),
-    _planar("planar, dL 0.95", refused={RODS: _SIDEWAYS}, rate=1.0, stop=2.0, compression=0.95),
+    _planar(
+        "planar, dL 0.95",
+        refused={RODS: _SIDEWAYS, KIRCHHOFF: _SIDEWAYS},
+        rate=1.0,
+        stop=2.0,
+        compression=0.95,
+    ),
     _planar("planar, to 6 pi", refused={QUASILINEAR: _STEEP}, rate=2.0, stop=6 * math.pi),
     _planar("planar, rate 1000", rate=1000.0, hold=0.2),
     _planar("planar, stop at the fold", 1e-2, rate=0.01, stop=PLANAR_FOLD, damping=10.0, hold=10.0),
