@@ -14,14 +14,26 @@ from ribbonfem.results import Array
 
 from .surface import Strip, of_motion
 
-# quads across the width
-_ACROSS = 4
+# quads across the width; half as many would leave out 2e-3 of the area of a twisted strip
+_ACROSS = 8
 
 
-def _surface(strip: Strip, frame: int) -> tuple[Array, Array]:
+def _narrowed(strip: Strip, kappa1: Array, tau: Array) -> Array:
+    """(nodes,) the width at which the surface has the area of the flat ribbon, over its true one.
+
+    A thin sheet keeps its area. Cross-sections of a rod stay straight, so that twist lengthens what lies off
+    the centreline, and sweeps (W tau)^2 / 24 too much: up to 2 % of W L in a snap.
+    """
+    lanes = np.linspace(-strip.half, strip.half, 65)
+    longer = np.hypot(1.0 + lanes * kappa1[:, None], lanes * tau[:, None])
+    return np.asarray(2.0 * strip.half / np.trapezoid(longer, lanes, axis=1))
+
+
+def _surface(strip: Strip, frame: int, narrowed: Array) -> tuple[Array, Array]:
     """Points (nodes * (_ACROSS + 1), 3) and quads of an instant."""
     lanes = np.linspace(-strip.half, strip.half, _ACROSS + 1)
-    points = strip.centre[frame, :, None] + lanes[None, :, None] * strip.width[frame, :, None]
+    across = lanes[None, :, None] * narrowed[:, None, None]
+    points = strip.centre[frame, :, None] + across * strip.width[frame, :, None]
     nodes, count = len(strip.s), _ACROSS + 1
     first = (np.arange(nodes - 1)[:, None] * count + np.arange(_ACROSS)[None, :]).ravel()
     return points.reshape(-1, 3), np.column_stack((first, first + 1, first + count + 1, first + count))
@@ -64,6 +76,8 @@ def frames(
 ) -> Path:
     """Write a motion as VTU files with a PVD beside them; returns the PVD's path.
 
+    The surface has the area W L at every instant; for it the width is up to 2 % less where twist is strong.
+
     Parameters
     ----------
     history: with configurations.
@@ -85,8 +99,9 @@ def frames(
     strip = of_motion(history, count, until)
     entries = []
     for frame in progress(range(count)):
-        points, quads = _surface(strip, frame)
-        data = {name: np.repeat(values, _ACROSS + 1, axis=0) for name, values in fields(strip, frame).items()}
+        along = fields(strip, frame)
+        points, quads = _surface(strip, frame, _narrowed(strip, along["kappa1"], along["tau"]))
+        data = {name: np.repeat(values, _ACROSS + 1, axis=0) for name, values in along.items()}
         file = f"frame-{frame:05d}.vtu"
         meshio.Mesh(points, [("quad", quads)], point_data=data).write(where / file)
         time = float(strip.time[frame])
