@@ -30,6 +30,11 @@ COLOURS = {
 }
 
 DASHES: Mapping[str, str] = {TYPE_1: ":", TYPE_2: "--"}
+# what a legend has room for
+SHORT: Mapping[str, str] = {
+    TYPE_1: "energy reaches the pass to U- (no run)",
+    TYPE_2: r"delay reaches $\alpha_{c2}$ (no run)",
+}
 
 
 @dataclass(frozen=True)
@@ -236,12 +241,17 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
     ]
     for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
         line = DASHES.get(name, "--")
-        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=f"{name} (no run)"))
+        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
     if any(named.get(d.scene.compression) for d in diagrams):
         handles.append(
             Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
         )
-    fig.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), fontsize=7.5)
+    fig.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=min((2, 3, 5)[columns - 1], len(handles)),
+        fontsize=7.5,
+    )
     return fig
 
 

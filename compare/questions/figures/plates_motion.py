@@ -9,7 +9,7 @@ import numpy as np
 
 from compare.diagrams import Diagram
 from compare.diagrams.asked import Diagrams
-from compare.diagrams.show import COLOURS, DASHES, Named
+from compare.diagrams.show import COLOURS, DASHES, SHORT, Named
 from compare.face.curve import Curve
 from compare.paper.cases import CaseVerdict
 from compare.paper.delays import Delays, universal_curve
@@ -355,7 +355,7 @@ def maps(found: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
     ]
     for name in dict.fromkeys(n for d in found.diagrams for n, curve in d.predicted.items() if len(curve)):
         look = "dotted" if DASHES.get(name) == ":" else "dashed"
-        keys.append(Series(f"{name} (no run)", NONE, NONE, look, "black"))
+        keys.append(Series(SHORT.get(name, name), NONE, NONE, look, "black"))
     keys.append(Series("paper's runs", NONE, NONE, "symbols", "black", "*"))
     what = (
         "which shape a ramp skips" if figure == "fig11" else "in which shape a ramp that stops comes to rest"
