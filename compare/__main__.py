@@ -248,7 +248,7 @@ def _scenes(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print names, titles and files as JSON")
     options = parser.parse_args(arguments)
     known = titles()
-    given = [name.removesuffix(".toml") for name in options.name]
+    given = [name.removesuffix(".toml").lower() for name in options.name]
     names = list(dict.fromkeys(given)) or (list(known) if options.out else [])
     written = dict(zip(names, write(names, options.out or Path()), strict=True))
     if options.json:

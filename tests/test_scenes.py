@@ -9,7 +9,7 @@ import pytest
 
 from compare.__main__ import main
 from compare.face.scene_file import read_scene
-from compare.face.scenes import NAMES, text, titles, write
+from compare.face.scenes import MOVIES, NAMES, text, titles, write
 from compare.questions.run import NOT_MET, SENSITIVE
 from ribbonfem import Scene, SceneError
 
@@ -26,7 +26,8 @@ SNAPS = {
 
 def test_the_list_is_what_lies_in_the_folder():
     lying = {path.name for path in (files("compare") / "examples").iterdir() if path.name.endswith(".toml")}
-    assert {name.removesuffix(".toml") for name in lying} == set(NAMES) == set(titles())
+    assert {name.removesuffix(".toml") for name in lying} == set(NAMES)
+    assert set(titles()) == {*NAMES, *MOVIES}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -38,6 +39,14 @@ def test_a_shipped_file_is_a_scene_with_every_field_and_its_unit(name, tmp_path)
         if field.name not in ("ribbon", "turned"):
             assert re.search(rf"^{field.name} = \S+ +# \S", text(name), re.MULTILINE), field.name
     assert max(map(len, text(name).splitlines())) <= 110
+
+
+def test_the_films_of_the_paper_go_by_their_names(tmp_path):
+    for movie, scene in MOVIES.items():
+        (path,) = write([movie], tmp_path)
+        assert path.name == f"{movie}.toml"
+        assert read_scene(path) == read_scene(write([scene], tmp_path)[0])
+    assert text("Movie-S2") == text("path-1")
 
 
 @pytest.mark.parametrize("name", SNAPS)
@@ -63,7 +72,7 @@ def test_the_command_lists_writes_and_overwrites_nothing(tmp_path, capsys, monke
     listed = capsys.readouterr().out
     assert all(name in listed for name in NAMES)
     assert main(["scenes", "--json"]) == 0
-    assert [row["name"] for row in json.loads(capsys.readouterr().out)] == list(NAMES)
+    assert [row["name"] for row in json.loads(capsys.readouterr().out)] == [*NAMES, *MOVIES]
     assert not list(tmp_path.iterdir())
     assert main(["scenes", "path-2.toml", "path-2"]) == 0
     assert "run it: ribbonfem run path-2.toml" in capsys.readouterr().out
@@ -75,7 +84,7 @@ def test_the_command_lists_writes_and_overwrites_nothing(tmp_path, capsys, monke
     assert main(["scenes", "--out", "all", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert [read_scene(row["file"]).compression for row in rows]
-    assert sorted(path.stem for path in (tmp_path / "all").iterdir()) == sorted(NAMES)
+    assert sorted(path.stem for path in (tmp_path / "all").iterdir()) == sorted([*NAMES, *MOVIES])
 
 
 def test_a_name_that_is_none_is_told_with_the_nearest(capsys):

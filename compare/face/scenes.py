@@ -21,6 +21,9 @@ NAMES = (
     "mixed-outcomes",
 )
 
+# the paper's films of simulations, by its names: `run` with --motion makes them
+MOVIES = {"movie-s2": "path-1", "movie-s4": "path-2"}
+
 
 def text(name: str) -> str:
     """The shipped file of this name, TOML with units in its comments.
@@ -31,8 +34,9 @@ def text(name: str) -> str:
         If there is none; says which there are, and the nearest.
     """
     name = name.removesuffix(".toml")
+    name = MOVIES.get(name.lower(), name)
     if name not in NAMES:
-        near = get_close_matches(name.lower(), NAMES, 1)
+        near = get_close_matches(name.lower(), (*NAMES, *MOVIES), 1)
         meant = f"; perhaps {near[0]!r} is meant" if near else ""
         raise SceneError(f"{name!r}: no scene of this name is shipped{meant}; there are {', '.join(NAMES)}")
     return (files("compare") / "examples" / f"{name}.toml").read_text(encoding="utf-8")
@@ -40,7 +44,11 @@ def text(name: str) -> str:
 
 def titles() -> dict[str, str]:
     """What each shipped scene shows, in a line, by name."""
-    return {name: text(name).split("\n", 1)[0].removeprefix("# ") for name in NAMES}
+    shown = {name: text(name).split("\n", 1)[0].removeprefix("# ") for name in NAMES}
+    films = {
+        name: f"The paper's Movie {name[-2:].upper()}: {of}, with --motion." for name, of in MOVIES.items()
+    }
+    return {**shown, **films}
 
 
 def write(names: Iterable[str], folder: Path | str) -> list[Path]:
