@@ -124,6 +124,10 @@ class Statics:
         )
         return energies, gradient, hessian
 
+    def normals(self, state: RodState) -> Array:
+        """Unit vectors m1 (N - 1, 3) normal to the surface, of the edges."""
+        return state.m1.copy()
+
     def energy(self, state: RodState) -> float:
         """Elastic energy in EI2/L."""
         return float(self.assemble(state, second=False)[0].sum())

@@ -99,6 +99,7 @@ def imaged(result: Any, scene: Scene, *, fresh: bool = False) -> Any:
             folds=imaged(result.folds, scene),
             configurations=_positions(result.configurations, scene),
             arclength=1.0 - result.arclength[::-1],
+            normals=None if result.normals is None else result.normals[:, ::-1] * _HALF_TURN,
             scene=scene,
         )
     if isinstance(result, History):

@@ -96,6 +96,8 @@ class Branch(Value):
     scene, policy, model: what it was made from.
     arclength: (nodes,) s/L of the nodes of the configurations.
     energy: (rows,) elastic, in EI2/L; NaN where the program that made the branch does not say.
+    normals: of a ribbon in three dimensions the unit vectors m1 normal to its surface, at the nodes (rows,
+        nodes, 3) or at the edges between them (rows, nodes - 1, 3); None of planar beams.
     """
 
     angle: Array
@@ -110,6 +112,7 @@ class Branch(Value):
     model: str = ""
     arclength: Array = None  # type: ignore[assignment]
     energy: Array = None  # type: ignore[assignment]
+    normals: Array | None = None
 
     def __post_init__(self) -> None:
         if self.arclength is None:

@@ -14,7 +14,7 @@ from PIL import Image
 import der
 from compare.face.film import film, stills
 from compare.face.style import plt
-from compare.face.surface import area, of_motion
+from compare.face.surface import area, of_branch, of_motion
 from compare.face.vtu import frames
 from ribbonfem import Scene, kirchhoff
 
@@ -92,3 +92,30 @@ def test_stills_name_the_shapes(tmp_path):
     assert figure.axes[0].get_title() == "U+S+"
     assert len(figure.axes) == 2
     plt.close(figure)
+
+
+@pytest.mark.parametrize(("model", "policy"), [(der, {"nodes": 51}), (kirchhoff, {"elements": 12})])
+@pytest.mark.parametrize("turned", ["left", "right"])
+def test_states_of_a_curve_have_a_surface(model, policy, turned, tmp_path):
+    scene = replace(SCENE, turned=turned, stop=None)
+    branch = model.equilibria(scene, span=(-0.2, 0.3), **policy)
+    strip = of_branch(branch, 9)
+    np.testing.assert_allclose(area(strip), FLAT, rtol=1e-3)
+    # the clamp that turns is turned by alpha, the other one level
+    first, last = (0, -1) if turned == "left" else (-1, 0)
+    np.testing.assert_allclose(strip.normal[:, first, 2], np.cos(strip.angle), atol=2e-3)
+    np.testing.assert_allclose(strip.normal[:, last, 2], 1.0, atol=2e-3)
+    # at rest a curve and a state are one
+    start = int(np.flatnonzero(branch.angle == 0.0)[0])
+    rest = model.state(scene, **policy)
+    np.testing.assert_allclose(branch.configurations[start], rest.positions, atol=1e-9)
+    if turned == "left" and model is der:
+        with Image.open(film(branch, tmp_path / "curve.gif", frames=4)) as picture:
+            assert picture.n_frames > 1
+        assert frames(branch, tmp_path / "vtu", count=3).exists()
+
+
+def test_a_curve_without_normals_has_none():
+    branch = der.equilibria(replace(SCENE, stop=None), nodes=21, span=(-0.1, 0.1))
+    with pytest.raises(ValueError, match="normals"):
+        of_branch(replace(branch, normals=None))

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
-from ribbonfem import History
+from ribbonfem import Branch, History
 
 from .curve import Curve
 from .style import draw_curve, plt
-from .surface import Strip, of_motion, state_name
+from .surface import Strip, of_motion, of_result, state_name
 
 _FACE, _BACK, _LINE = "#3d7ea6", "#e8a87c", "#1b3a4b"
 _SECONDS = 0.05
@@ -28,8 +28,9 @@ def _as_placed() -> PlaceHolderLayoutEngine:
 class _Stage:
     """The axes of a film, and what in them moves."""
 
-    def __init__(self, strip: Strip, curve: Curve | None, history: History) -> None:
+    def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
+        self.moves = isinstance(history, History)
         self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
         self.above = self.figure.add_axes((0.09, 0.12, 0.40, 0.24))
@@ -91,7 +92,8 @@ class _Stage:
         angle, height = float(self.strip.angle[frame]), float(self.strip.height[frame])
         self.mark.set_data([angle], [height])
         name = state_name(height, float(self.strip.slope[frame]))
-        self.title.set_text(f"t = {self.strip.time[frame]:.3g} s, α = {angle:.3f} rad: {name}")
+        when = f"t = {self.strip.time[frame]:.3g} s, " if self.moves else ""
+        self.title.set_text(f"{when}α = {angle:.3f} rad: {name}")
 
 
 def _writer(path: Path) -> Any:
@@ -107,7 +109,7 @@ def _writer(path: Path) -> Any:
 
 
 def film(
-    history: History,
+    history: History | Branch,
     path: str | Path,
     *,
     curve: Curve | None = None,
@@ -115,11 +117,11 @@ def film(
     until: float | None = None,
     progress: Callable[[range], Any] = iter,
 ) -> Path:
-    """A film of a motion: GIF, or MP4 where ffmpeg is installed.
+    """A film of a motion, or of the states of a curve in its order: GIF, or MP4 where ffmpeg is installed.
 
     Parameters
     ----------
-    history: with configurations.
+    history: with configurations, or a curve of equilibria.
     path: of the film; its ending says which kind.
     curve: of equilibria, drawn behind the motion.
     frames: how many, at equal distances of time; until, the last instant in s.
@@ -134,12 +136,12 @@ def film(
     """
     where = Path(path)
     writer = _writer(where)
-    stage = _Stage(of_motion(history, frames, until), curve, history)
+    stage = _Stage(of_result(history, frames, until), curve, history)
     where.parent.mkdir(parents=True, exist_ok=True)
     aside = where.with_name(f".{where.stem}.part{where.suffix}")
     try:
         with writer.saving(stage.figure, str(aside), dpi=100):
-            for frame in progress(range(frames)):
+            for frame in progress(range(len(stage.strip.time))):
                 stage.show(frame)
                 writer.grab_frame()
         aside.replace(where)

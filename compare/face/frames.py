@@ -186,15 +186,16 @@ def branch_dataset(branch: Branch) -> Any:
 
     Returns
     -------
-    Variables angle, height, slope, load, energy and stable, (row,), and positions, (row, node, axis) in L;
-    coordinates s (node,) in L, axis. Each has its `units`; the set has folds (rad), model, scene, policy.
+    Variables angle, height, slope, load, energy and stable, (row,), positions, (row, node, axis) in L, and
+    normals, of a ribbon in three dimensions; coordinates s (node,) in L, axis. Each has its `units`; the set has folds (rad), model, scene, policy.
 
     Raises
     ------
     ImportError
         If xarray is not installed; says how to install it.
     """
-    shapes = {} if branch.configurations is None else {"positions": branch.configurations}
+    shapes = {"positions": branch.configurations, "normals": branch.normals}
+    shapes = {name: rows for name, rows in shapes.items() if rows is not None}
     found = _dataset(branch, "row", _branch(branch), shapes)
     found.attrs["folds"] = [float(fold.angle) for fold in branch.folds]
     return found

@@ -145,28 +145,33 @@ def area(strip: Strip) -> Array:
 
 
 def of_branch(branch: Branch, frames: int = 150) -> Strip:
-    """The planar states of a curve of equilibria, at rows equally far apart in its length.
-
-    Only planar ones: a curve keeps positions and no frames.
+    """The states of a curve of equilibria, at rows equally far apart in its length.
 
     Raises
     ------
     ValueError
-        For a sheared scene.
+        For a curve of a sheared ribbon without normals, as other programs make it.
     """
-    if not branch.scene.planar:
-        raise ValueError("a curve of a sheared ribbon keeps no frames: show a motion, or `state`")
+    if not branch.scene.planar and branch.normals is None:
+        raise ValueError(
+            "a curve of a sheared ribbon without normals has no surface: show a motion, or `state`"
+        )
     rows = np.unique(np.linspace(0, len(branch) - 1, frames).round().astype(int))
     return _strip(
         branch.arclength,
         np.asarray(branch.configurations)[rows],
-        None,
+        None if branch.normals is None else np.asarray(branch.normals)[rows],
         time=rows.astype(float),
         angle=branch.angle[rows],
         height=branch.height[rows],
         slope=branch.slope[rows],
         scene=branch.scene,
     )
+
+
+def of_result(result: History | Branch, frames: int, until: float | None = None) -> Strip:
+    """A motion, or the states of a curve of equilibria (then `until` does not count)."""
+    return of_branch(result, frames) if isinstance(result, Branch) else of_motion(result, frames, until)
 
 
 def of_rest(state: RestState) -> Strip:

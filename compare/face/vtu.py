@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from compare.archive import write_whole
-from ribbonfem import History
+from ribbonfem import Branch, History
 from ribbonfem.results import Array
 
-from .surface import Strip, of_motion
+from .surface import Strip, of_result
 
 # quads across the width
 _ACROSS = 4
@@ -77,20 +77,20 @@ def fields(strip: Strip, frame: int) -> dict[str, Array]:
 
 
 def frames(
-    history: History,
+    history: History | Branch,
     folder: str | Path,
     *,
     count: int = 150,
     until: float | None = None,
     progress: Callable[[range], Any] = iter,
 ) -> Path:
-    """Write a motion as VTU files with a PVD beside them; returns the PVD's path.
+    """Write a motion, or a curve of equilibria, as VTU files with a PVD beside them; returns its path.
 
     The surface has the area W L at every instant; for it the width is up to 2 % less where twist is strong.
 
     Parameters
     ----------
-    history: with configurations.
+    history: with configurations, or a curve of equilibria: then a row's number stands for the time.
     folder: of the files; made if it is not there.
     count: of frames, at equal distances of time; until, the last instant in s.
     progress: is given the numbers of the frames, and yields them.
@@ -106,9 +106,9 @@ def frames(
 
     where = Path(folder)
     where.mkdir(parents=True, exist_ok=True)
-    strip = of_motion(history, count, until)
+    strip = of_result(history, count, until)
     entries = []
-    for frame in progress(range(count)):
+    for frame in progress(range(len(strip.time))):
         points, quads = _surface(strip, frame)
         data = {name: np.repeat(values, _ACROSS + 1, axis=0) for name, values in fields(strip, frame).items()}
         file = f"frame-{frame:05d}.vtu"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,6 +41,7 @@ class Curve:
     branch_points: tuple[Fold, ...]
     positions: Array
     energy: Array
+    normals: Array | None
 
     def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str, arclength: Array) -> Branch:
         """The same curve as a `Branch` that carries what it was made from."""
@@ -59,6 +60,7 @@ class Curve:
             model=model,
             arclength=arclength,
             energy=self.energy,
+            normals=self.normals,
         )
 
 
@@ -107,6 +109,8 @@ def whole_curve(
         else:
             points, events = points[:-1] + half, events + turns
     rows = np.array([problem.observe(point.state, point.parameter) for point in points])
+    # of rods in three dimensions alone
+    normal: Callable[[State], Array] | None = getattr(problem, "normals", None)
     return Curve(
         parameter=np.array([point.parameter for point in points]),
         height=rows[:, 0],
@@ -117,6 +121,7 @@ def whole_curve(
         branch_points=tuple(as_fold(problem, event.point) for event in events if event.kind != "fold"),
         positions=np.stack([problem.positions(point.state, point.parameter) for point in points]),
         energy=np.array([problem.energy(point.state) for point in points]),
+        normals=None if normal is None else np.stack([normal(point.state) for point in points]),
     )
 
 

@@ -205,6 +205,11 @@ class Statics:
         kernels.strains(state.g, state.force, tables.value, tables.slope, self.soft, curvature, stretched)
         return curvature, stretched
 
+    def normals(self, state: Frames) -> Array:
+        """Unit vectors m1 (nodes, 3) normal to the surface, at the nodes."""
+        w, x, y, z = state.g.T
+        return np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
+
     def energy(self, state: Frames) -> float:
         """Elastic energy in EI2/L."""
         curvature, stretched = self.strains(state)
