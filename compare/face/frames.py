@@ -187,7 +187,8 @@ def branch_dataset(branch: Branch) -> Any:
     Returns
     -------
     Variables angle, height, slope, load, energy and stable, (row,), positions, (row, node, axis) in L, and
-    normals, of a ribbon in three dimensions; coordinates s (node,) in L, axis. Each has its `units`; the set has folds (rad), model, scene, policy.
+    normals, of a ribbon in three dimensions; coordinates s (node,) in L, axis. Each has its `units`; the
+    set has folds (rad), model, scene, policy.
 
     Raises
     ------
