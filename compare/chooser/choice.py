@@ -95,11 +95,6 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     return _ribbon(scene, wanted, quantity, motion, laws)
 
 
-def _upward(scene: Scene) -> Scene:
-    """A planar scene or its mirror image, whichever starts from U+."""
-    return scene if scene.start == "U+" else scene.mirror
-
-
 def _side(scene: Scene) -> float:
     return 1.0 if scene.start == "U+" else -1.0
 
@@ -112,7 +107,7 @@ def stays_planar(scene: Scene) -> bool:
     largest, bending, twisting = FLAT
     ribbon = scene.ribbon
     stiff = ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting
-    if stiff and scene.compression <= largest and _upward(scene).rate > 0.0:
+    if stiff and scene.compression <= largest and climb.upward(scene).rate > 0.0:
         return True
     return math.isnan(elastica.leaves_plane(scene, extensible=True))
 
@@ -134,7 +129,7 @@ def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
     if not scene.planar:
         reason = "a ribbon in three dimensions: geometrically exact elements, refined until meshes agree"
         return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
-    up = _upward(scene)
+    up = climb.upward(scene)
     if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
         value = _side(scene) * laws.planar.fold(up).angle
         if scene.stop is None or abs(value) < abs(scene.stop):
@@ -156,7 +151,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     ) -> Choice:
         return way(scene, "snap", tolerance, model, policy, error, seconds, reason, value, motion)
 
-    up, side = _upward(scene), _side(scene)
+    up, side = climb.upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
         reason = f"planar, but {outside}, where no law was measured: elasticas, each checked by a finer one"

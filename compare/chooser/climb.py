@@ -308,6 +308,11 @@ def beams(scene: Scene, tolerance: float) -> Settled:
     return Settled(runs[-1].value, error, error > tolerance, tuple(runs), history)
 
 
+def upward(scene: Scene) -> Scene:
+    """A scene or its mirror image, whichever starts from a state with z > 0."""
+    return scene if scene.start.startswith("U+") else scene.mirror
+
+
 def expected_steps(scene: Scene) -> float:
     """Steps for which a rod rings between its two snaps, some 250 a t*; 0 where it has only one."""
     if scene.start not in ("U+S+", "U-S+"):

@@ -8,7 +8,7 @@ from ribbonfem import Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.delay import Lead, NormalForm, next_order, predict_snap
 
 from . import at_rest
-from .climb import Settled
+from .climb import Settled, upward
 from .laws import beam_units
 
 # the last fold of (0.40, 0.37) and its lead, in units of t*: those of other ribbons are within a factor of 2
@@ -25,11 +25,6 @@ def forgets(scene: Scene, quantity: str) -> bool:
     _, rate, damping, _ = beam_units(scene)
     two = scene.start in ("U+S+", "U-S+") and upward(scene).rate > 0.0
     return two and quantity == "snap" and damping * 0.2 / rate > _FORGOTTEN
-
-
-def upward(scene: Scene) -> Scene:
-    """A scene or its mirror image, whichever starts from a state with z > 0."""
-    return scene if scene.start.startswith("U+") else scene.mirror
 
 
 def expected_error(scene: Scene) -> float:

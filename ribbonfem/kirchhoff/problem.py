@@ -207,8 +207,7 @@ class Statics:
 
     def normals(self, state: Frames) -> Array:
         """Unit vectors m1 (nodes, 3) normal to the surface, at the nodes."""
-        w, x, y, z = state.g.T
-        return np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
+        return directors(state.g)[:, 0]
 
     def energy(self, state: Frames) -> float:
         """Elastic energy in EI2/L."""
@@ -317,6 +316,15 @@ def _about(g: Array) -> Array:
     """g i (nodes, 4), the direction of a rotation of frames about their tangents."""
     w, x, y, z = g.T
     return np.stack((-x, w, z, -y), axis=1)
+
+
+def directors(g: Array) -> Array:
+    """Rows m1, m2, m3 (nodes, 3, 3) of the frames G e_z, -G e_y, G e_x."""
+    w, x, y, z = g.T
+    normal = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
+    width = -np.stack((2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)), axis=1)
+    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
+    return np.stack((normal, width, tangent), axis=1)
 
 
 def _tangents(q: Array) -> tuple[Array, Array]:

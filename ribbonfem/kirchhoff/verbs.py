@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
@@ -24,7 +22,7 @@ from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import plane, shear, states
 from .motion import vibrations
-from .problem import Frames, Statics, checked_mesh
+from .problem import Frames, Statics, checked_mesh, directors
 from .shear import Pitchforks, ShearCurve
 
 __all__ = [
@@ -46,15 +44,6 @@ __all__ = [
 ELEMENTS = 32
 
 
-def _directors(g: Array) -> Array:
-    """Rows m1, m2, m3 (nodes, 3, 3) of the frames G e_z, -G e_y, G e_x."""
-    w, x, y, z = g.T
-    normal = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
-    width = -np.stack((2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)), axis=1)
-    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
-    return np.stack((normal, width, tangent), axis=1)
-
-
 def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Scene) -> RestState:
     height, slope, _ = problem.observe(frames, angle)
     return RestState(
@@ -67,7 +56,7 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
         index=index,
         s=problem.tables.nodes,
         positions=problem.positions(frames, angle),
-        directors=_directors(frames.g),
+        directors=directors(frames.g),
         scene=scene,
         **problem.profiles(frames),
     )

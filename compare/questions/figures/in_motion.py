@@ -23,7 +23,7 @@ from compare.paper.paths import RISING, SMOOTH
 from compare.sweep import Sweep
 from ribbonfem import History, Ribbon, Scene
 from ribbonfem.delay import predict
-from ribbonfem.results import Array
+from ribbonfem.results import MESH, Array
 
 SCENES = {"planar": (BEAM, "height"), "Path 1": (PATH_1, "height"), "Path 2": (PATH_2, "slope")}
 # 1/s, and rates (rad/s) that are told apart on one axis
@@ -34,9 +34,8 @@ POLICY: dict[str, dict[str, Any]] = {
     "kirchhoff": {"elements": 8, "extensible": True, "tolerance": 1e-5},
     "der": {"nodes": 101, "tolerance": 1e-5},
 }
-MESH_OF: dict[str, dict[str, Any]] = {
-    "kirchhoff": {"elements": 8, "extensible": True},
-    "der": {"nodes": 101},
+MESH_OF = {
+    name: {key: value for key, value in policy.items() if key in MESH} for name, policy in POLICY.items()
 }
 # the systems of the scaling figures: elements, rods
 SCALED = {
