@@ -24,6 +24,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from compare.measures.branches import outward
 from compare.models import MODELS
 from ribbonfem import Branch, SolverError
 from ribbonfem.delay import NormalForm, lead, universal
@@ -100,8 +101,7 @@ def pass_of(branch: Branch) -> Callable[[float], float]:
     NaN where there is none, and closer to their fold than the curve has points.
     """
     angle, energy = np.asarray(branch.angle), np.asarray(branch.energy)
-    k = int(np.flatnonzero(angle == 0.0)[0])
-    forth = slice(k, None) if k + 1 < len(angle) and angle[k + 1] > 0.0 else slice(k, None, -1)
+    forth = outward(branch)
     angle, energy = angle[forth], energy[forth]
     # up along U+S-, and back along the saddle
     turns = np.flatnonzero(np.diff(np.sign(np.diff(angle)))) + 1

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import der
+from compare.measures.branches import outward
 from ribbonfem import Branch, Fold, Scene, kirchhoff
 from ribbonfem.continuation import Steps
 
@@ -88,11 +89,18 @@ def crowd(branch: Branch, apart: float) -> NDArray[np.int64]:
 
 def leg(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Angle, height and slope of the stable states from alpha = 0 up to their fold."""
-    first = int(np.flatnonzero(branch.angle == 0.0)[0])
-    # the start may be met on the curve in either sense
-    sense = 1 if branch.angle[first + 1] > 0.0 else -1
-    last = first
-    while branch.stable[last] and branch.angle[last + sense] > branch.angle[last]:
-        last += sense
-    rows = np.arange(first, last + sense, sense)
+    rows = np.arange(len(branch))[outward(branch)]
+    going = branch.stable[rows[:-1]] & (np.diff(branch.angle[rows]) > 0.0)
+    rows = rows if going.all() else rows[: int(np.argmin(going)) + 1]
     return branch.angle[rows], branch.height[rows], branch.slope[rows]
+
+
+def last_leg(branch: Branch) -> tuple[NDArray[np.float64], ...]:
+    """Angle, height and slope of the states that the second snap leads to: U-S+, of a curve through U+S+.
+
+    U-S+ at alpha is the mirror image of U+S+ at -alpha.
+    """
+    back = outward(branch, -1.0)
+    end = np.flatnonzero(~branch.stable[back])
+    count = end[0] if len(end) else None
+    return tuple(-values[back][:count] for values in (branch.angle, branch.height, branch.slope))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from compare.paper.paths import Swept, crowd, leg
+from compare.paper.paths import Swept, crowd, last_leg, leg
 from compare.paper.sheared import PHASES, chord_limit
 from ribbonfem.results import Array
 
@@ -130,12 +130,7 @@ def planar(found: Planar) -> Plate:
 def _paths_panel(found: Ribbons, path: int) -> Panel:
     curve, rod, minus = found.paths.curve, found.paths.rod, found.paths.minus
     plus_leg, minus_leg = leg(curve), leg(minus)
-    first = int(np.flatnonzero(curve.angle == 0.0)[0])
-    # U-S+ at alpha is the mirror image of U+S+ at -alpha
-    back = slice(first, None, -1) if curve.angle[first - 1] < 0.0 else slice(first, None)
-    end = np.flatnonzero(~curve.stable[back])
-    count = end[0] if len(end) else None
-    final = tuple(-values[back][:count] for values in (curve.angle, curve.height))
+    final = last_leg(curve)[:2]
     legs = [minus_leg, final] if path == 1 else [plus_leg, minus_leg, final]
     series: list[Series] = []
     picked = crowd(rod, 0.016)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from compare.face.style import draw_curve, figure, plt
-from compare.paper.paths import Paths, Swept, crowd, leg
+from compare.paper.paths import Paths, Swept, crowd, last_leg, leg
 
 _ROD = "#d1495b"
 
@@ -17,12 +17,7 @@ def draw_paths(found: Paths) -> Any:
     """Paths 1 and 2 (Fig. 4): height and slope at midspan against the clamp angle."""
     curve, rod, minus, nodes = found.curve, found.rod, found.minus, found.nodes
     plus_leg, minus_leg = leg(curve), leg(minus)
-    first = int(np.flatnonzero(curve.angle == 0.0)[0])
-    # U-S+ at alpha is the mirror image of U+S+ at -alpha
-    back = slice(first, None, -1) if curve.angle[first - 1] < 0.0 else slice(first, None)
-    end = np.flatnonzero(~curve.stable[back])
-    count = end[0] if len(end) else None
-    final = tuple(-values[back][:count] for values in (curve.angle, curve.height, curve.slope))
+    final = last_leg(curve)
     fig, axes = figure(2, 2, width=5.2, height=3.7)
     routes = (("Path 1", [minus_leg, final]), ("Path 2", [plus_leg, minus_leg, final]))
     for column, (title, legs) in enumerate(routes):

@@ -11,6 +11,7 @@ import numpy as np
 
 import der
 from ribbonfem import History, elastica, kirchhoff, quasilinear
+from ribbonfem.declared import defaults
 from ribbonfem.results import Array
 
 from .confirmations import Confirmation
@@ -38,12 +39,13 @@ from .hard_cases import (
 FIXED = ("implicit-euler", "newmark", "generalised-alpha", "midpoint", "discrete-gradient")
 BEAM_FIXED = ("implicit-euler", "newmark", "generalised-alpha")
 # with adaptive steps; the others have the step of the case
-DEFAULTS = {RODS: "tr-bdf2", KIRCHHOFF: "esdirk4", ELASTICA: "tr-bdf2", QUASILINEAR: "tr-bdf2"}
+MOVING = {RODS: der, KIRCHHOFF: kirchhoff, ELASTICA: elastica, QUASILINEAR: quasilinear}
+DEFAULTS = {name: str(defaults(model, "simulate")["method"]) for name, model in MOVING.items()}
 METHODS = {
     RODS: (DEFAULTS[RODS], *FIXED, "verlet"),
     **{name: (DEFAULTS[name], *BEAM_FIXED) for name in (KIRCHHOFF, ELASTICA, QUASILINEAR)},
 }
-ELEMENTS = {KIRCHHOFF: kirchhoff, ELASTICA: elastica, QUASILINEAR: quasilinear}
+ELEMENTS = {name: model for name, model in MOVING.items() if name != RODS}
 # of each what it takes besides: the Kirchhoff rod stretches as the rods do
 _POLICY: dict[str, dict[str, Any]] = {KIRCHHOFF: {"extensible": True, "configurations": False}}
 # elements at least twice as many as those of the default
