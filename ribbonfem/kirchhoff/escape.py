@@ -9,6 +9,7 @@ from ribbonfem.delay import Departure, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
+from ribbonfem.stepping.kernels import PHASE
 from ribbonfem.stepping.newmark import Control
 
 from . import states
@@ -78,5 +79,5 @@ def _moving(problem: Statics, found: Departure[Frames]) -> arrays.Motion:
     motion = at_rest(problem, found.state)
     velocity, spin = problem.moving(found.state, found.velocity)
     motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
-    motion.clock[arrays.PHASE] = 1.0
+    motion.clock[PHASE] = 1.0
     return motion

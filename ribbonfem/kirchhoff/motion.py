@@ -34,15 +34,10 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.kernels import Scheme
+from ribbonfem.stepping import newmark
+from ribbonfem.stepping.kernels import FULL, KINETIC, KINK, LOAD, NEWTON, REJECTED, ROWS, STEPS, Ramp, Scheme
 from ribbonfem.stepping.motion import ENERGIES
-from ribbonfem.stepping.newmark import (
-    LARGEST_TURN,
-    NEWTON_TOLERANCE,
-    SMALLEST_STEP,
-    Control,
-    problem_of,
-)
+from ribbonfem.stepping.newmark import LARGEST_TURN, Control, problem_of
 from ribbonfem.values import handed_over
 
 from . import plane, states
@@ -54,7 +49,12 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
-NEWTON = 1e-3
+REST = 1e-3
+# part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
+# it does not resolve
+GAIN = 1e-3
+# a step grows by this factor at least, or stays: a new one costs new factors
+LEAST_GROWTH = 1.4
 # rows are made in chunks of this many bytes of configurations
 _CHUNK = 4_000_000
 _warm = False
@@ -118,7 +118,7 @@ def simulate(
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
-    ramp = ramp_of(scene, control, every=every, gyroscopic=gyroscopic, barrier=barrier)
+    ramp = ramp_of(scene, control, every=every, barrier=barrier)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -151,7 +151,7 @@ def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: boo
     return min(energies, default=-np.inf)
 
 
-def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
+def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> tangent.Rod:
     """The rod as arrays for the compiled time loop."""
     tables, elements, p = problem.tables, problem.tables.elements, tangent.P
     mass = np.tile(lobatto_weights(p) / elements, (elements, 1))
@@ -171,6 +171,7 @@ def discretised(problem: Statics, scene: Scene) -> tangent.Rod:
         stiff=problem.stiff,
         soft=problem.soft,
         spin=scene.ribbon.rotary_inertia,
+        gyroscopic=gyroscopic,
         middle=len(inertia) // 2,
     )
 
@@ -183,7 +184,7 @@ def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
     # the right clamp, to the last digit
     x[-1, :3] = problem.clamps.chord()
     clock = np.zeros(arrays.CLOCK_SIZE)
-    clock[arrays.KINK] = 1.0
+    clock[KINK] = 1.0
     return arrays.Motion(
         x=x,
         v=np.zeros_like(x),
@@ -222,28 +223,16 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     return np.asarray(np.sqrt(squares) / problem.unit)
 
 
-def ramp_of(
-    scene: Scene, control: Control, *, every: int = 1, gyroscopic: bool = False, barrier: float = -np.inf
-) -> arrays.Ramp:
+def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = -np.inf) -> Ramp:
     """The clamp's motion and the control of steps."""
-    unit = scene.ribbon.inertial_time
-    rate, (turned, end) = scene.scaled_rate, scene.instants()
-    newton = NEWTON_TOLERANCE if control.tolerance is None else NEWTON * control.tolerance
-    return arrays.Ramp(
-        rate=rate,
-        stop=scene.require_stop(),
-        turned=turned,
-        end=end,
-        damping=scene.scaled_damping,
-        fixed=0.0 if control.step is None else control.step / unit,
-        tolerance=control.tolerance or 0.0,
-        largest=min(LARGEST_TURN / abs(rate), 0.1 * turned),
-        newton=newton,
-        smallest=SMALLEST_STEP,
-        snap=control.until == "snap",
-        barrier=barrier,
-        gyroscopic=gyroscopic,
+    return newmark.ramp_of(
+        scene,
+        control,
+        newton=newmark.NEWTON_TOLERANCE if control.tolerance is None else REST * control.tolerance,
         every=every,
+        barrier=barrier,
+        gain=GAIN,
+        least_growth=LEAST_GROWTH,
     )
 
 
@@ -263,17 +252,16 @@ class Loop:
         self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)
         self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
 
-    def go(self, ramp: arrays.Ramp) -> int:
+    def go(self, ramp: Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         while True:
             rows, *configurations = self.rows.reserve()
             x, m1 = configurations or self.none
-            self.motion.clock[arrays.ROWS] = 0.0
-            status = loop.run(
-                self.rod, self.scheme, ramp, self.solver, self.scratch, self.motion, rows, x, m1
-            )
-            self.rows.count += int(self.motion.clock[arrays.ROWS])
-            if status != arrays.FULL or self.rows.full:
+            self.motion.clock[ROWS] = 0.0
+            model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
+            status = loop.run(model, self.scheme, ramp, rows)
+            self.rows.count += int(self.motion.clock[ROWS])
+            if status != FULL or self.rows.full:
                 return int(status)
 
     def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
@@ -288,16 +276,16 @@ class Loop:
             time=columns[0],
             angle=columns[1],
             height=columns[2],
-            slope=columns[3],
-            energies=dict(zip(ENERGIES, columns[4:8], strict=True)),
+            slope=columns[arrays.SLOPE],
+            energies=dict(zip(ENERGIES, columns[KINETIC:LOAD], strict=True)),
             configurations=kept,
-            load=columns[8],
+            load=columns[LOAD],
             arclength=self.arclength,
             stats={
-                "steps": int(clock[arrays.STEPS]),
-                "newton_iterations": int(clock[arrays.NEWTON]),
+                "steps": int(clock[STEPS]),
+                "newton_iterations": int(clock[NEWTON]),
                 "assemblies": int(clock[arrays.ASSEMBLIES]),
-                "rejected": int(clock[arrays.REJECTED]),
+                "rejected": int(clock[REJECTED]),
                 **stats,
             },
             scene=scene,
@@ -311,7 +299,7 @@ def integrate(
     start: Frames,
     scene: Scene,
     control: Control,
-    ramp: arrays.Ramp,
+    ramp: Ramp,
     policy: dict[str, Any],
     configurations: bool,
     first: Callable[[], arrays.Motion] | None = None,
@@ -324,7 +312,7 @@ def integrate(
         If the end was not reached; its `history` is what was.
     """
     global _warm
-    rod = discretised(problem, scene)
+    rod = discretised(problem, scene, policy.get("gyroscopic", False))
     scheme = control.method.as_scheme()
 
     def resting() -> arrays.Motion:

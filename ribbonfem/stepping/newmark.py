@@ -238,10 +238,19 @@ def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> ker
     )
 
 
-def _ramp(scene: Scene, control: Control) -> kernels.Ramp:
+def ramp_of(
+    scene: Scene,
+    control: Control,
+    *,
+    newton: float = NEWTON_TOLERANCE,
+    every: int = 1,
+    barrier: float = -math.inf,
+    gain: float = math.inf,
+    least_growth: float = 1.0,
+) -> kernels.Ramp:
+    """The clamp's motion and the control of steps; what is named is the model's own (`kernels.Ramp`)."""
     unit = scene.ribbon.inertial_time
     rate, (turned, end) = scene.scaled_rate, scene.instants()
-    largest = min(LARGEST_TURN / abs(rate), 0.1 * turned)
     return kernels.Ramp(
         rate=rate,
         stop=scene.require_stop(),
@@ -250,11 +259,15 @@ def _ramp(scene: Scene, control: Control) -> kernels.Ramp:
         damping=scene.scaled_damping,
         fixed=0.0 if control.step is None else control.step / unit,
         tolerance=control.tolerance or 0.0,
-        largest=largest,
-        newton=NEWTON_TOLERANCE,
+        largest=min(LARGEST_TURN / abs(rate), 0.1 * turned),
+        newton=newton,
         smallest=SMALLEST_STEP,
         snap=control.until == "snap",
         departed=control.departed,
+        every=every,
+        barrier=barrier,
+        gain=gain,
+        least_growth=least_growth,
     )
 
 
@@ -272,21 +285,24 @@ def _run(
     `keep` takes the rows, q and w of a block, before the next one is written over it.  With a velocity v
     the clamp is held from the start.
     """
-    scratch = _scratch(tables, q, w, scheme.stages)
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     clock[kernels.PHASE] = 0.0 if v is None else 1.0
-    state = (
-        q.copy(),
-        np.zeros(len(q)) if v is None else v.copy(),
-        np.zeros(len(q)),
-        np.zeros(len(q)),
-        w.copy(),
-        np.zeros(len(w)),
-    )
     rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
+    beam = kernels.Beam(
+        tables,
+        _scratch(tables, q, w, scheme.stages),
+        q=q.copy(),
+        v=np.zeros(len(q)) if v is None else v.copy(),
+        a=np.zeros(len(q)),
+        auxiliary=np.zeros(len(q)),
+        w=w.copy(),
+        dw=np.zeros(len(w)),
+        row_q=row_q,
+        row_w=row_w,
+    )
     while True:
-        status = kernels.run(tables, scheme, ramp, scratch, clock, *state, rows, row_q, row_w)
+        status = kernels.run(beam, scheme, ramp, clock, rows)
         count = int(clock[kernels.ROWS])
         full = keep(rows[:count], row_q[:count], row_w[:count])
         if status != kernels.FULL or full:
@@ -336,7 +352,7 @@ def integrate(
     if held is not None:
         scene = replace(scene, stop=math.copysign(1.0, scene.rate), hold=held.duration)
     require_duration(scene, control.step, LARGEST_TURN, row)
-    scheme, ramp = control.method.as_scheme(), _ramp(scene, control)
+    scheme, ramp = control.method.as_scheme(), ramp_of(scene, control)
     if held is not None:
         # no time passes on the ramp
         ramp = ramp._replace(

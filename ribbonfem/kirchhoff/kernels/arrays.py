@@ -1,4 +1,4 @@
-"""What the compiled time loop of the Kirchhoff rod works on: clock, rows, ramp, state and memory."""
+"""What the compiled time loop of the Kirchhoff rod works on: clock, rows, state and memory."""
 
 from __future__ import annotations
 
@@ -7,41 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
+from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 
-from .tangent import P
+from .tangent import P, Rod, Solver
 
-# what `run` returns
-DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
-# what `clock` holds
-TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON, REJECTED, ROWS = range(10)
-MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIGMA, ASSEMBLIES, SINCE, SIDE, POINTS, CARRY, EXCESS = range(
-    10, 23
-)
-CLOCK_SIZE = 23
-# columns of `rows`
-ROW_SIZE = 9  # time, angle, height, slope, kinetic, elastic, dissipated, work, load
+# places in the clock behind those of the time loop
+SIGMA, ASSEMBLIES, POINTS, KNOWN = range(COMMON, COMMON + 4)
+CLOCK_SIZE = COMMON + 4
+# a column of rows behind those of the time loop
+SLOPE = COLUMNS
+ROW_SIZE = COLUMNS + 1
 
 # solved stages that are remembered, and those through which a guess is laid
 MEMORY, GUESS = 16, 3
-
-
-class Ramp(NamedTuple):
-    """The clamp's motion and the control of steps, in t* and rad."""
-
-    rate: float
-    stop: float
-    turned: float  # when the clamp stops
-    end: float
-    damping: float
-    fixed: float  # 0 if adaptive
-    tolerance: float
-    largest: float
-    newton: float
-    smallest: float
-    snap: bool  # whether to end soon after the height changes sign
-    barrier: float  # energy below which a held ribbon cannot leave its state any more
-    gyroscopic: bool
-    every: int
 
 
 class Motion(NamedTuple):
@@ -85,6 +64,17 @@ class Scratch(NamedTuple):
     lagrange: Array
     spin: Array
     out: Array
+
+
+class Moving(NamedTuple):
+    """A rod in motion; `row_x` and `row_m1` (rows, nodes, 3) take the configurations of rows, if any."""
+
+    rod: Rod
+    solver: Solver
+    scratch: Scratch
+    motion: Motion
+    row_x: Array
+    row_m1: Array
 
 
 def scratch(elements: int, stages: int) -> Scratch:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import SIGMA, Motion, Ramp, Scratch
+from .arrays import SIGMA, Motion, Scratch
 from .condensed import factorise, solve
 from .tangent import (
     OPTIONS,
@@ -49,7 +50,7 @@ def _impulse_residual(
                 t.force[i, c] = m.a[i, c] + nu * m.v[i, c]
             t.force[i, 3] = t.spin[i, 0] + nu * m.v[i, 3]
         residual(rod, s, m.x, g, t.n, t.force)
-        if ramp.gyroscopic:
+        if rod.gyroscopic:
             for i in range(1, nodes - 1):
                 factor = rod.inertia[i, 3] * m.v[i, 3]
                 s.fp[i, 1] += factor * t.turning[i, 2]

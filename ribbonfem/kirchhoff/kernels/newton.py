@@ -13,8 +13,9 @@ import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Ramp, Scratch
+from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Scratch
 from .condensed import factorise, solve
 from .consistent import tangents
 from .rotations import rotate, twist
@@ -79,7 +80,7 @@ def newton(
                 t.v[i, c] = t.vp[i, c] + f * acceleration
                 t.force[i, c] = acceleration + nu * t.v[i, c]
         residual(rod, s, t.x, t.g, t.n, t.force)
-        if ramp.gyroscopic:
+        if rod.gyroscopic:
             tangents(t.g, t.tangent)
             for i in range(1, nodes - 1):
                 for c in range(3):
@@ -123,7 +124,7 @@ def newton(
                 for c in range(4):
                     t.a[i, c] = (t.x[i, c] - t.xp[i, c]) / b
                     t.v[i, c] = t.vp[i, c] + f * t.a[i, c]
-            if ramp.gyroscopic:
+            if rod.gyroscopic:
                 tangents(t.g, t.tangent)
                 for i in range(1, nodes - 1):
                     for c in range(3):

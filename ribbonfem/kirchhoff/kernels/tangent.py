@@ -54,7 +54,8 @@ class Rod(NamedTuple):
     value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope;
     share (E, P, P), the coupling of n with itself through the inner r at unit inertia; mass
     (E, P + 1), each element's lumps; inertia (nodes, 4) of x; stiff (3,) of (tau, -kappa2,
-    kappa1); soft, c; spin, J; middle, the node at midspan.
+    kappa1); soft, c; spin, J; gyroscopic,
+    whether it turns with the tangent; middle, the node at midspan.
     """
 
     value: Array
@@ -67,6 +68,7 @@ class Rod(NamedTuple):
     stiff: Array
     soft: float
     spin: float
+    gyroscopic: bool
     middle: int
 
 

@@ -21,7 +21,9 @@ from .arrays import (
     FULL,
     GREW,
     GROWTH,
+    KINETIC,
     KINK,
+    LOAD,
     NEWTON,
     ONE_STAGE,
     PHASE,
@@ -31,13 +33,14 @@ from .arrays import (
     ROWS,
     STEPS,
     STUCK,
+    Beam,
     Ramp,
     Scheme,
     Scratch,
     Tables,
 )
+from .beams import run
 from .elastica import element_elastica, local_places, newton_elastica
-from .loop import run
 from .quasilinear import newton_quasilinear, project_quasilinear
 
 __all__ = [
@@ -48,7 +51,9 @@ __all__ = [
     "FULL",
     "GREW",
     "GROWTH",
+    "KINETIC",
     "KINK",
+    "LOAD",
     "NEWTON",
     "ONE_STAGE",
     "PHASE",
@@ -58,6 +63,7 @@ __all__ = [
     "ROW_SIZE",
     "STEPS",
     "STUCK",
+    "Beam",
     "Ramp",
     "Scheme",
     "Scratch",

@@ -1,8 +1,9 @@
-"""What the kernels of a beam are given: names of methods, places in arrays, tuples of arrays."""
+"""What the time loop and the kernels of a beam are given: names, places in arrays, tuples of arrays."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,16 +17,19 @@ DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
 # steps that a run of fixed ones may take: so many times those asked for, and so many besides (a snap in a run
 # of few long steps needs more)
 MOST_TIMES, MOST_BESIDES = 32.0, 2e4
-# what `clock` holds
+# what `clock` holds; a model may have places of its own behind
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
-REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY = range(8, 18)
-CLOCK_SIZE = 18
-# columns of `rows`
+REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
+CLOCK_SIZE = 20
+# columns of `rows`; a model may have columns of its own behind
+HEIGHT, KINETIC, LOAD = 2, 3, 7
 ROW_SIZE = 8  # time, angle, height, kinetic, elastic, dissipated, work, load
 
 NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
+# t*; a shorter step is taken whatever energy it gains
+SHORT = 1e-6
 
 
 class Tables(NamedTuple):
@@ -96,6 +100,31 @@ class Ramp(NamedTuple):
     smallest: float
     snap: bool  # whether to end soon after the height changes sign
     departed: float  # from zero the height has to have been this far before it crosses it
+    every: int  # steps to a row
+    barrier: float  # energy below which a held beam cannot leave its state any more
+    gain: float  # part of the largest energy so far that an adaptive step may gain from nowhere
+    least_growth: float  # a step grows by this factor at least, or stays
+
+
+class Verbs(NamedTuple):
+    """What a model does for the time loop (`loop.run`), compiled functions whose first argument is the model.
+
+    The model is a tuple of its own, the state at the last accepted instant in it.  What it predicts from a
+    rate is its own affair: unknowns need not add.
+    """
+
+    project: Callable[..., Any]  # (model, ramp, clock, spin, reset): onto the hidden constraints; an impulse
+    rescale: Callable[..., Any]  # (model, ratio): the auxiliary acceleration for a step so much longer
+    begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
+    stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
+    flows: Callable[..., Any]  # (model, nu): kinetic energy and moment on the clamp, of the stage solved
+    error: Callable[..., Any]  # (model, scheme, h): of the step, estimated
+    reject: Callable[..., Any]  # (model, clock): forget the stages of this step
+    accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
+    measure: Callable[
+        ..., Any
+    ]  # (model, nu, solved): kinetic, elastic, moment, load; of stage or instant
+    record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
 
 
 class Scratch(NamedTuple):
@@ -118,6 +147,24 @@ class Scratch(NamedTuple):
     y2: Array
     stage_v: Array
     stage_a: Array
+
+
+class Beam(NamedTuple):
+    """A beam in motion: q, v, a, w at the last accepted instant, the auxiliary acceleration, the rate of w.
+
+    `row_q` (rows, dofs of q) and `row_w` (rows, dofs of w) take the configurations of rows.
+    """
+
+    t: Tables
+    s: Scratch
+    q: Array
+    v: Array
+    a: Array
+    auxiliary: Array
+    w: Array
+    dw: Array
+    row_q: Array
+    row_w: Array
 
 
 @compiled(error_model="numpy")

@@ -364,8 +364,8 @@ def project_elastica(
 
 
 @compiled(error_model="numpy")
-def measure_elastica(t: Tables, v: Array, w: Array, out: Array) -> None:
-    """Kinetic energy, elastic energy, moment on the clamp and mean compressive force, in `out`."""
+def measure_elastica(t: Tables, v: Array, w: Array) -> tuple[float, float, float, float]:
+    """Kinetic energy, elastic energy, moment on the clamp and mean compressive force."""
     elements, p = t.dx.shape
     half = v.shape[0] // 2
     c = t.compliance
@@ -393,4 +393,4 @@ def measure_elastica(t: Tables, v: Array, w: Array, out: Array) -> None:
             load -= fx * t.dx[e, s]
             if e == 0:
                 moment -= t.value[e, 0, s] * t.dx[e, s] * (fz * cos - fx * sin) * (1.0 + c * along)
-    out[0], out[1], out[2], out[3] = kinetic, elastic, moment, load
+    return kinetic, elastic, moment, load

@@ -153,8 +153,8 @@ def project_quasilinear(
 
 @compiled(error_model="numpy")
 def measure_quasilinear(
-    t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float, out: Array
-) -> None:
+    t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float
+) -> tuple[float, float, float, float]:
     """As `measure_elastica`, in rescaled units."""
     size = q.shape[0]
     multiply(t.mass, v, s.y2)
@@ -170,4 +170,4 @@ def measure_quasilinear(
     moment -= w[0] * s.y2[1]
     multiply(t.mass, a, s.y2)
     moment += s.y2[1]
-    out[0], out[1], out[2], out[3] = kinetic, elastic, moment, w[0]
+    return kinetic, elastic, moment, w[0]
