@@ -7,9 +7,12 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numba.core.errors import NumbaRuntimeError
 
 from ribbonfem.compiled import decorator
+from ribbonfem.compiled.copies import copy
 
 ROOT = Path(__file__).parents[1]
 
@@ -90,6 +93,30 @@ def test_what_compiled_code_takes_comes_from_files_of_kernels(module):
     for name, place in foreign.items():
         if place.split(".")[0] in ("ribbonfem", "der"):
             assert decorator.is_kernels(place) or decorator.is_kernels(f"{place}.{name}"), (name, place)
+
+
+def test_what_does_not_say_that_it_allocates_cannot():
+    """The hot loops: an array made in one by mistake is an error of compilation, not a slower loop."""
+
+    @decorator.compiled(allocates=True)
+    def doubled(x):
+        return 2.0 * x
+
+    @decorator.compiled()
+    def tripled(x):
+        return 3.0 * x
+
+    x = np.arange(3.0)
+    assert list(doubled(x)) == [0.0, 2.0, 4.0]
+    with pytest.raises(NumbaRuntimeError, match="NRT required"):
+        tripled(x)
+
+
+def test_a_copy_takes_the_entries_of_parts_of_arrays_too():
+    source, target = np.arange(24.0).reshape(2, 3, 4), np.zeros((5, 3, 4))
+    copy(source[1], target[2])
+    assert np.array_equal(target[2], source[1])
+    assert not target[[0, 1, 3, 4]].any()
 
 
 def test_a_compiler_that_does_not_say_what_it_keeps_keeps_nothing(monkeypatch):

@@ -61,7 +61,7 @@ def solve(a, first, last, x):
         x[i] = x[i] * a[i, 0] - ((two + three) + four) - one
 
 
-@compiled(**OPTIONS)
+@compiled(allocates=True, **OPTIONS)
 def multiply(a, first, last, x):
     """Product of the unfactored band's rows and columns first .. last - 1 with x, as a new array."""
     y = np.zeros(x.shape[0])
@@ -74,7 +74,7 @@ def multiply(a, first, last, x):
     return y
 
 
-@compiled(**OPTIONS)
+@compiled(allocates=True, **OPTIONS)
 def solve_refined(hessian, factors, first, right):
     """Solve for right-hand sides (n, k) on rows first .. first + n - 1, with one refinement.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 
 from .arrays import (
@@ -77,8 +78,8 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1):
             load -= force
     rows[row, ROW_LOAD] = load / (nodes - 3)
     if row < row_x.shape[0]:
-        row_x[row] = motion.x
-        row_m1[row] = motion.m1
+        copy(motion.x, row_x[row])
+        copy(motion.m1, row_m1[row])
     clock[ROW] += 1.0
     held = kinetic + rows[row, ROW_ELASTIC] - clock[WORK]
     if clock[STEPS] == 0.0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 
 from .arrays import (
@@ -90,9 +91,9 @@ def _evaluate(rod, motion, s, dq, mean, second):
                     for d in range(WIDTH + 1):
                         s.hessian[i, d] += weight * point * s.factors[i, d]
     if mean:
-        s.gradient[:] = s.gradient1
+        copy(s.gradient1, s.gradient)
         if second:
-            s.factors[:] = s.hessian
+            copy(s.hessian, s.factors)
 
 
 @compiled(**OPTIONS)
@@ -337,7 +338,7 @@ def accept(rod, motion, s, ramp, policy, h):
             aux[i] = new
         a0[i] = a1
         v0[i] = s.v[i]
-    motion.x[:] = s.x
-    motion.tangent[:] = s.tangent
-    motion.m1[:] = s.m1
-    motion.twist[:] = s.twist
+    copy(s.x, motion.x)
+    copy(s.tangent, motion.tangent)
+    copy(s.m1, motion.m1)
+    copy(s.twist, motion.twist)

@@ -95,7 +95,7 @@ def solve_arrow(band: Array, border: Array, corner: Array, x: Array) -> None:
             x[i, c] = value
 
 
-@compiled()
+@compiled(allocates=True)
 def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array:
     """The product of the (unfactored) matrix with x (n + k, m)."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1

@@ -24,16 +24,18 @@ ROOMS = ("kernels", "compiled")
 _PACKAGES = ("ribbonfem", "der")
 
 
-def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: the function compiled, kept between processes, without the interpreter's lock.
 
     Parameters
     ----------
+    allocates: whether it makes or returns arrays.  What does not is compiled without the counting of
+        references, a tenth of the time of a small beam's loop, and cannot allocate by mistake.
     options: further ones of `numba.njit`, such as `error_model` and `fastmath`.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=True, nogil=True, **options)(function)
+        dispatcher = njit(cache=True, nogil=True, _nrt=allocates, **options)(function)
         if not hasattr(dispatcher, "py_func"):
             # the compiler is switched off: there is nothing to keep
             return dispatcher
@@ -43,7 +45,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
             kept._source_stamp  # noqa: B018
         except AttributeError:
             _warn_once()
-            return njit(nogil=True, **options)(function)
+            return njit(nogil=True, _nrt=allocates, **options)(function)
         kept._source_stamp = digest(function.__module__)
         return dispatcher
 

@@ -147,7 +147,7 @@ def method_of(name: str, spectral_radius: float | None = None) -> Method:
     return Method(tableau.name, tableau.constrained, tableau=tableau)
 
 
-# order in the step of every method of the beams, all of which have adaptive steps too
+# order in the step of every method, all of which have adaptive steps too
 ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
 ADAPTIVE = METHODS
 
@@ -216,7 +216,8 @@ def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> ker
         n, width = elements * (p + 4) - 3, p + 6
     else:
         n, width = len(q) - 4, 3
-    size, longest = 5 * p + 3, max(len(q), len(w), 5 * p + 3)
+    size = 5 * p + 3
+    longest = max(len(q), len(w), size)
     return kernels.Scratch(
         band=np.zeros((n, 3 * width + 1)),
         pivots=np.zeros(n, dtype=np.int64),
@@ -289,18 +290,10 @@ def _run(
     clock[kernels.KINK] = 1.0
     clock[kernels.PHASE] = 0.0 if v is None else 1.0
     rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
-    beam = kernels.Beam(
-        tables,
-        _scratch(tables, q, w, scheme.stages),
-        q=q.copy(),
-        v=np.zeros(len(q)) if v is None else v.copy(),
-        a=np.zeros(len(q)),
-        auxiliary=np.zeros(len(q)),
-        w=w.copy(),
-        dw=np.zeros(len(w)),
-        row_q=row_q,
-        row_w=row_w,
-    )
+    still = np.zeros_like(q)
+    motion = q.copy(), (still if v is None else v).copy(), still, still.copy()
+    scratch = _scratch(tables, q, w, scheme.stages)
+    beam = kernels.Beam(tables, scratch, *motion, w.copy(), np.zeros_like(w), row_q, row_w)
     while True:
         status = kernels.run(beam, scheme, ramp, clock, rows)
         count = int(clock[kernels.ROWS])
@@ -355,9 +348,8 @@ def integrate(
     scheme, ramp = control.method.as_scheme(), ramp_of(scene, control)
     if held is not None:
         # no time passes on the ramp
-        ramp = ramp._replace(
-            rate=0.0, stop=held.angle, turned=0.0, end=scene.hold / scene.ribbon.inertial_time
-        )
+        end = scene.hold / scene.ribbon.inertial_time
+        ramp = ramp._replace(rate=0.0, stop=held.angle, turned=0.0, end=end)
     _warm_up(tables, scheme, ramp, q, w)
     kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3))
 

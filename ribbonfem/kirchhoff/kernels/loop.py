@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, ONE_STAGE, TIME, Ramp, Scheme, Verbs
@@ -85,12 +86,12 @@ def _known(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, f
 def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
     t, y = model.scratch, model.motion
     impulse = project(model.rod, model.solver, y, t, spin, ramp)
-    y.auxiliary[:] = y.a
+    copy(y.a, y.auxiliary)
     if reset:
         clock[POINTS] = 0.0
         remember(t, clock, clock[TIME], y.g, y.n, y.a)
-        t.x[:] = y.x
-        t.g[:] = y.g
+        copy(y.x, t.x)
+        copy(y.g, t.g)
         t.v[:] = 0.0
         t.a[:] = 0.0
         t.turning[:] = 0.0
@@ -108,9 +109,9 @@ def _rescale(model: Moving, ratio: float) -> None:
 @compiled(**OPTIONS)
 def _begin(model: Moving, clock: Array) -> None:
     t, y = model.scratch, model.motion
-    t.stage_v[0] = y.v
-    t.stage_a[0] = y.a
-    t.stage_turning[0] = y.turning
+    copy(y.v, t.stage_v[0])
+    copy(y.a, t.stage_a[0])
+    copy(y.turning, t.stage_turning[0])
     clock[KNOWN] = clock[POINTS]
 
 
@@ -135,9 +136,9 @@ def _stage(
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
     if m.kind == DIRK:
-        t.stage_v[i] = t.v
-        t.stage_a[i] = t.a
-        t.stage_turning[i] = t.turning
+        copy(t.v, t.stage_v[i])
+        copy(t.a, t.stage_a[i])
+        copy(t.turning, t.stage_turning[i])
     return used
 
 
@@ -193,8 +194,8 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
         y.x[node, 3] = 0.0
         for c in range(3):
             y.turning[node, c] = t.turning[node, c]
-    y.g[:] = t.g
-    y.n[:] = t.n
+    copy(t.g, y.g)
+    copy(t.n, y.n)
     tangents(y.g, y.tangent)
 
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
@@ -142,9 +143,9 @@ def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array
     slot = int(clock[POINTS]) % MEMORY
     clock[POINTS] += 1.0
     t.known_time[slot] = time
-    t.known_g[slot] = g
-    t.known_n[slot] = n
-    t.known_a[slot] = a
+    copy(g, t.known_g[slot])
+    copy(n, t.known_n[slot])
+    copy(a, t.known_a[slot])
 
 
 @compiled(**OPTIONS)

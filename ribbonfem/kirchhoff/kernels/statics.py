@@ -19,7 +19,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 
-@compiled()
+@compiled(allocates=True)
 def point(
     q: Array,
     p: Array,
@@ -132,7 +132,7 @@ def frame_basis(g: Array, basis: Array) -> None:
         basis[n, 3, 0], basis[n, 3, 1], basis[n, 3, 2] = -y, x, w
 
 
-@compiled()
+@compiled(allocates=True)
 def assemble(
     g: Array,
     force: Array,
@@ -305,7 +305,7 @@ def to_quaternions(basis: Array, y: Array, x: Array) -> None:
             x[4 * inner + b, c] = y[3 * inner + b, c]
 
 
-@compiled()
+@compiled(allocates=True)
 def move(g: Array, increment: Array) -> Array:
     """Frames (nodes, 4) after an increment (4 m + 3,) of the inner ones, normalised."""
     new = g.copy()
@@ -320,7 +320,7 @@ def move(g: Array, increment: Array) -> Array:
     return new
 
 
-@compiled()
+@compiled(allocates=True)
 def strains(
     g: Array, force: Array, value: Array, slope: Array, soft: float, curvature: Array, stretched: Array
 ) -> None:

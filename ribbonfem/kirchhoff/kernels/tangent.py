@@ -20,7 +20,7 @@ each, in a symmetric band of half-bandwidth 11, whatever the degree.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ STIFF = 1e12
 # small rotary inertia of bending that makes their tangent definite; refinement takes it out again
 SMALL = 1e-7
 
-OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 
 
 class Rod(NamedTuple):

@@ -121,9 +121,7 @@ class Verbs(NamedTuple):
     error: Callable[..., Any]  # (model, scheme, h): of the step, estimated
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
-    measure: Callable[
-        ..., Any
-    ]  # (model, nu, solved): kinetic, elastic, moment, load; of stage or instant
+    measure: Callable[..., Any]  # (model, nu, solved): kinetic, elastic, moment, load; of stage or instant
     record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
 
 

@@ -67,12 +67,15 @@ def _stage(
         g = m.a[stage, stage] * h
         b = g * g
         for i in range(q.shape[0]):
-            velocity, place = v[i], q[i]
-            for j in range(stage):
-                velocity += h * m.a[stage, j] * s.stage_a[j, i]
-                place += h * m.a[stage, j] * s.stage_v[j, i]
-            s.vp[i] = velocity
-            s.qp[i] = place + g * velocity
+            s.vp[i] = v[i]
+            s.qp[i] = q[i]
+        for j in range(stage):
+            weight = h * m.a[stage, j]
+            for i in range(q.shape[0]):
+                s.vp[i] += weight * s.stage_a[j, i]
+                s.qp[i] += weight * s.stage_v[j, i]
+        for i in range(q.shape[0]):
+            s.qp[i] += g * s.vp[i]
     # guesses: on the line through the last two instants known
     if stage == 1:
         for i in range(q.shape[0]):

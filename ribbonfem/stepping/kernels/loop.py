@@ -129,7 +129,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
     project, rescale, begin, stage, flows, error_of, reject, accept, measure, record = verbs
 
     # not kept by itself: what is kept is the function of a model that calls it, and stands on both files
-    @njit(nogil=True, error_model="numpy")
+    @njit(nogil=True, error_model="numpy", _nrt=False)
     def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.
 

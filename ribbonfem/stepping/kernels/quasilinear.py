@@ -76,9 +76,9 @@ def newton_quasilinear(
             right[i] += load * s.y2[i + 2]
             row[i] = -s.y2[i + 2]
         for i in range(n):
+            k = i + 2
             for d in range(4):
                 if i + d < n:
-                    k = i + 2
                     entry = weight * t.mass[k, d] + t.stiffness[k, d] - load * t.tension[k, d]
                     s.band[i + d, 3 - d] = entry
                     s.band[i, 3 + d] = entry
@@ -152,6 +152,15 @@ def project_quasilinear(
 
 
 @compiled(error_model="numpy")
+def _on_clamp(band: Array, x: Array) -> float:
+    """The row of A x that belongs to the clamped slope, A a band as in `multiply`."""
+    total = band[1, 0] * x[1] + band[0, 1] * x[0] + band[1, 1] * x[2]
+    for d in range(2, band.shape[1]):
+        total += band[1, d] * x[1 + d]
+    return total
+
+
+@compiled(error_model="numpy")
 def measure_quasilinear(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float
 ) -> tuple[float, float, float, float]:
@@ -166,8 +175,6 @@ def measure_quasilinear(
     for i in range(size):
         elastic += 0.5 * q[i] * s.y2[i]
     moment += s.y2[1]
-    multiply(t.tension, q, s.y2)
-    moment -= w[0] * s.y2[1]
-    multiply(t.mass, a, s.y2)
-    moment += s.y2[1]
+    moment -= w[0] * _on_clamp(t.tension, q)
+    moment += _on_clamp(t.mass, a)
     return kinetic, elastic, moment, w[0]

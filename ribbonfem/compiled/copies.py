@@ -1,0 +1,14 @@
+"""Copies between arrays: a slice assignment may allocate, in case the two overlap."""
+
+from __future__ import annotations
+
+from ribbonfem.results import Array
+
+from .decorator import compiled
+
+
+@compiled(error_model="numpy")
+def copy(source: Array, target: Array) -> None:
+    """Put the entries of one contiguous array into another of the same shape."""
+    for i in range(source.size):
+        target.flat[i] = source.flat[i]
