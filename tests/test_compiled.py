@@ -100,14 +100,14 @@ def test_what_does_not_say_that_it_allocates_cannot():
 
     @decorator.compiled(allocates=True)
     def doubled(x):
-        return 2.0 * x
+        return (2.0 * x).sum()
 
     @decorator.compiled()
     def tripled(x):
-        return 3.0 * x
+        return (3.0 * x).sum()
 
     x = np.arange(3.0)
-    assert list(doubled(x)) == [0.0, 2.0, 4.0]
+    assert doubled(x) == 6.0
     with pytest.raises(NumbaRuntimeError, match="NRT required"):
         tripled(x)
 
