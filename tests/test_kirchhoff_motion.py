@@ -10,7 +10,7 @@ from ribbonfem import Ribbon, Scene, SceneError, SolverError, delay, elastica, k
 from ribbonfem.kirchhoff import motion, states
 from ribbonfem.kirchhoff.kernels import condensed, tangent
 from ribbonfem.policy import PolicyError
-from ribbonfem.stepping import newmark
+from ribbonfem.stepping import methods
 
 # one fold, met at 0.5 rad/s so that it snaps after 1.4 s
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.8, damping=1.0)
@@ -224,7 +224,7 @@ STEPS = {"esdirk4": (0.1, 0.05, 0.025), "implicit-euler": (0.02, 0.01, 0.005)}
 
 
 @pytest.mark.parametrize("extensible", [False, True])
-@pytest.mark.parametrize("method", newmark.METHODS)
+@pytest.mark.parametrize("method", methods.METHODS)
 def test_order_in_the_step(method, extensible):
     """Of the positions at the end of a ramp that stops before the snap."""
 
@@ -236,7 +236,7 @@ def test_order_in_the_step(method, extensible):
     limit = end("esdirk4", 0.005)
     steps = STEPS.get(method, (0.05, 0.025, 0.0125))
     errors = [np.abs(end(method, step) - limit).max() for step in steps]
-    declared = newmark.method_of(method).order
+    declared = methods.method_of(method).order
     observed = np.log2(errors[0] / errors[2]) / 2
     # "newmark" takes its velocities anew after every step, at half an order
     least = declared - (0.6 if method == "newmark" else 0.5)

@@ -7,7 +7,7 @@ import pytest
 
 from ribbonfem import Scene, elastica, quasilinear
 from ribbonfem.results import SolverError
-from ribbonfem.stepping import newmark
+from ribbonfem.stepping import methods, newmark
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
 SMALL = {elastica: 8, quasilinear: 16}
@@ -30,7 +30,7 @@ def test_order_on_the_snap(model, method):
         )[1]
         for step in (0.01, 0.005, 0.0025)
     ]
-    declared = newmark.method_of(method).order
+    declared = methods.method_of(method).order
     observed = np.log2(abs(angles[0] - angles[1]) / abs(angles[1] - angles[2]))
     assert declared == (1 if method == "implicit-euler" else 2)
     assert abs(observed - declared) < 0.2, f"observed order {observed:.3f}, declared {declared}"
@@ -204,11 +204,11 @@ def test_a_step_that_cannot_be_met_raises():
 
 def test_generalised_alpha_coefficients():
     """At radius 1 the auxiliary acceleration leads by 0 and beta, gamma are the trapezoidal rule's."""
-    method = newmark.generalised_alpha(1.0)
+    method = methods.generalised_alpha(1.0)
     assert method.positions == (0.25, 0.25)
     assert method.velocities == (0.5, 0.5)
     assert method.alpha_m == method.alpha_f == 0.5
     for radius in (0.2, 0.5, 0.8):
-        method = newmark.generalised_alpha(radius)
+        method = methods.generalised_alpha(radius)
         # order 2 (Chung & Hulbert, eq. 17)
         assert method.velocities[1] == pytest.approx(0.5 - method.alpha_m + method.alpha_f)

@@ -12,7 +12,8 @@ from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene, SceneError
-from ribbonfem.stepping.newmark import Control, Held, integrate
+from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.newmark import Held, integrate
 
 from . import sideways
 from .motion import at_rest, tables, vibrations

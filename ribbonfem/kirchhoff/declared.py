@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ribbonfem.declared import Declared
-from ribbonfem.stepping.newmark import ADAPTIVE, ORDERS
+from ribbonfem.stepping.control import ADAPTIVE, ORDERS
 
 DECLARED = Declared(
     name="kirchhoff",

@@ -9,8 +9,8 @@ from ribbonfem.delay import Departure, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
+from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.kernels import PHASE
-from ribbonfem.stepping.newmark import Control
 
 from . import states
 from .kernels import arrays

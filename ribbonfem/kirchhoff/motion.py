@@ -34,10 +34,10 @@ from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.stepping import newmark
+from ribbonfem.stepping import control as steps_control
+from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
 from ribbonfem.stepping.kernels import FULL, KINETIC, KINK, LOAD, NEWTON, REJECTED, ROWS, STEPS, Ramp, Scheme
 from ribbonfem.stepping.motion import ENERGIES
-from ribbonfem.stepping.newmark import LARGEST_TURN, Control, problem_of
 from ribbonfem.values import handed_over
 
 from . import plane, states
@@ -225,10 +225,10 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 
 def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = -np.inf) -> Ramp:
     """The clamp's motion and the control of steps."""
-    return newmark.ramp_of(
+    return steps_control.ramp_of(
         scene,
         control,
-        newton=newmark.NEWTON_TOLERANCE if control.tolerance is None else REST * control.tolerance,
+        newton=steps_control.NEWTON_TOLERANCE if control.tolerance is None else REST * control.tolerance,
         every=every,
         barrier=barrier,
         gain=GAIN,

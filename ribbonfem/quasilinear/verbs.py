@@ -19,7 +19,8 @@ from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.newmark import Control, Held, integrate
+from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.newmark import Held, integrate
 
 from .motion import tables
 from .problem import Statics

@@ -1,0 +1,132 @@
+"""How the steps of all that moves by finite elements are controlled, and why a run may have ended early.
+
+Time is counted in the ribbon's inertial time t*, damping in 1/t*.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from ribbonfem.policy import PolicyError, choice, local_error, positive
+from ribbonfem.results import DEPARTED
+from ribbonfem.scene import Scene
+
+from . import kernels
+from .methods import METHODS, Method, method_of
+
+UNTIL = ("end", "snap")
+
+# Newton stops when what it would still change in any position (L) and angle (rad) is below this;
+# convergence is quadratic, so that two increments d0, d1 foretell the next, d1^3 / d0^2
+NEWTON_TOLERANCE = 1e-9
+# t*; a step that has to be shorter than this means that there is no solution to be found
+SMALLEST_STEP = 1e-10
+# rad; no adaptive step turns the clamp further
+LARGEST_TURN = 0.05
+
+# order in the step of every method, all of which have adaptive steps too
+ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
+ADAPTIVE = METHODS
+
+
+@dataclass(frozen=True)
+class Control:
+    """How to step: the method, a fixed `step` (s) or a `tolerance` (L), and when to end.
+
+    `until` is "end", "snap", soon after the height first changes sign, once it has been further from
+    zero than `departed` (L).
+    """
+
+    method: Method
+    step: float | None
+    tolerance: float | None
+    until: str
+    departed: float = DEPARTED
+
+    def in_units_of(self, length: float) -> Control:
+        """The same with its lengths in a beam's own unit of height."""
+        tolerance = None if self.tolerance is None else self.tolerance / length
+        return replace(self, tolerance=tolerance, departed=self.departed / length)
+
+    @classmethod
+    def of(
+        cls,
+        method: str,
+        step: float | None,
+        tolerance: float | None,
+        until: str,
+        spectral_radius: float | None,
+        default_tolerance: float,
+        untils: tuple[str, ...] = UNTIL,
+    ) -> Control:
+        """Check the policy of a `simulate` that may end in these ways.
+
+        Raises
+        ------
+        PolicyError
+            Naming the value; also if both `step` and `tolerance` are given.
+        """
+        if step is not None and tolerance is not None:
+            raise PolicyError(f"step = {step!r} and tolerance = {tolerance!r}: give one of them, not both")
+        if step is None:
+            tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
+        return cls(
+            method_of(method, spectral_radius),
+            None if step is None else positive("step", step),
+            tolerance,
+            choice("until", until, untils),
+        )
+
+
+def ramp_of(
+    scene: Scene,
+    control: Control,
+    *,
+    newton: float = NEWTON_TOLERANCE,
+    every: int = 1,
+    barrier: float = -math.inf,
+    gain: float = math.inf,
+    least_growth: float = 1.0,
+) -> kernels.Ramp:
+    """The clamp's motion and the control of steps; what is named is the model's own (`kernels.Ramp`)."""
+    unit = scene.ribbon.inertial_time
+    rate, (turned, end) = scene.scaled_rate, scene.instants()
+    return kernels.Ramp(
+        rate=rate,
+        stop=scene.require_stop(),
+        turned=turned,
+        end=end,
+        damping=scene.scaled_damping,
+        fixed=0.0 if control.step is None else control.step / unit,
+        tolerance=control.tolerance or 0.0,
+        largest=min(LARGEST_TURN / abs(rate), 0.1 * turned),
+        newton=newton,
+        smallest=SMALLEST_STEP,
+        snap=control.until == "snap",
+        departed=control.departed,
+        every=every,
+        barrier=barrier,
+        gain=gain,
+        least_growth=least_growth,
+    )
+
+
+def problem_of(status: int, scene: Scene, control: Control) -> str:
+    """Why the time loop ended before its end."""
+    if status == kernels.STUCK:
+        asked = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
+        least = SMALLEST_STEP * scene.ribbon.inertial_time
+        return f"{control.method.name} {asked} found no next state by any step down to {least:.1e} s"
+    if status == kernels.CREPT:
+        return (
+            f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and "
+            "took many times as many shorter ones: it needs a shorter step, or a tolerance in its place"
+        )
+    if status == kernels.GREW:
+        return (
+            f"the energy has grown by more than {kernels.GROWTH:.0%} without work: "
+            f"{control.method.name} does not damp what it does not resolve"
+        )
+    return ""
