@@ -14,13 +14,16 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, ONE_STAGE, TIME, Ramp, Scheme, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
 
-from .arrays import KNOWN, POINTS, SLOPE, Motion, Moving, Scratch
+from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .consistent import project, tangents
 from .newton import guess, newton, remember
 from .tangent import OPTIONS, P, Rod, Solver, add_element, clamp_moment
 
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
 CREEP, LEAST = 0.1, 0.01
+# factors with which increments fell by less than this, over 1, in the last stage are made anew for a step:
+# new ones cost four to five iterations, and serve several stages
+SLOW = 0.015
 
 
 @compiled(**OPTIONS)
@@ -113,6 +116,8 @@ def _begin(model: Moving, clock: Array) -> None:
     copy(y.a, t.stage_a[0])
     copy(y.turning, t.stage_turning[0])
     clock[KNOWN] = clock[POINTS]
+    if clock[RATE] > SLOW:
+        clock[SIGMA] = 0.0
 
 
 @compiled(**OPTIONS)

@@ -16,7 +16,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, SIGMA, Scratch
+from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
 from .condensed import factorise, solve
 from .consistent import tangents
 from .rotations import rotate, twist
@@ -130,6 +130,7 @@ def newton(
                 for i in range(1, nodes - 1):
                     for c in range(3):
                         t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
+            clock[RATE] = rate
             return iteration
         fresh = iteration > 1 and rate > 0.3
         before = size
