@@ -73,21 +73,12 @@ def at_parameter(
         If `target` is not between the parameters there, or Newton does not converge.
     """
     steps = steps or Steps()
-    base, length = inside(problem, segment.start, segment.end), segment.end.step
-
-    def off(step: float) -> float:
-        parameter = base.parameter if step == 0.0 else correct(problem, base, step, steps).parameter
-        return parameter - target
-
-    try:
-        near = correct(problem, base, brentq(off, after, length, xtol=1e-5 * length), steps)
-    except (NotConverged, ValueError) as error:
-        raise SolverError(
-            f"parameter {target:.9g} was not found between {base.parameter:.9g} and "
-            f"{segment.end.parameter:.9g}, on a step of {length:.3g} in arclength"
-        ) from error
-    state = problem.advance(near.state, np.zeros_like(near.direction), target)
-    state, line = equilibrium(problem, state, target)
+    found = _near(problem, segment, target, steps) if after == 0.0 else None
+    if found is None:
+        near = _between(problem, segment, target, steps, after)
+        state = problem.advance(near.state, np.zeros_like(near.direction), target)
+        found = near, *equilibrium(problem, state, target)
+    near, state, line = found
     try:
         direction, rate = tangent(problem, line, near.direction, near.rate)
     except NotConverged as error:
@@ -95,6 +86,56 @@ def at_parameter(
             f"the curve of equilibria has no tangent at parameter {target:.9g}: its factorisation broke down"
         ) from error
     return Point(state, target, direction, rate, line.index, line, near.step, near.iterations)
+
+
+def _between(
+    problem: Problem[State], segment: Segment[State], target: float, steps: Steps, after: float
+) -> Point[State]:
+    """The point of a segment, beyond its arclength `after`, at which the parameter is nearly `target`."""
+    base, length = inside(problem, segment.start, segment.end), segment.end.step
+
+    def off(step: float) -> float:
+        parameter = base.parameter if step == 0.0 else correct(problem, base, step, steps).parameter
+        return parameter - target
+
+    try:
+        return correct(problem, base, brentq(off, after, length, xtol=1e-5 * length), steps)
+    except (NotConverged, ValueError) as error:
+        raise SolverError(
+            f"parameter {target:.9g} was not found between {base.parameter:.9g} and "
+            f"{segment.end.parameter:.9g}, on a step of {length:.3g} in arclength"
+        ) from error
+
+
+def _near(
+    problem: Problem[State], segment: Segment[State], target: float, steps: Steps
+) -> tuple[Point[State], State, Linearisation] | None:
+    """A point near `target`, and the state there, by one guess where the parameter runs on in one direction.
+
+    None if the guess does not serve: where the segment turns, is steep, or Newton leads far away.
+    """
+    start, end = segment.start, segment.end
+    length, span = end.step, end.parameter - start.parameter
+    slopes = start.rate * length, end.rate * length
+    # by the limits of a cubic that is monotone between its ends
+    if length == 0.0 or not all(span**2 < 3.0 * slope * span < 9.0 * span**2 for slope in slopes):
+        return None
+    part = (target - start.parameter) / span
+    if not 0.0 < part <= 1.0:
+        return None
+    # arclength as a cubic of the parameter
+    first, last = span / slopes[0], span / slopes[1]
+    rest = 1.0 - part
+    share = part * part * (3.0 - 2.0 * part) + part * rest * (rest * first - part * last)
+    try:
+        near = correct(problem, inside(problem, start, end), share * length, steps)
+        ahead = (target - near.parameter) / near.rate
+        if not abs(ahead) < 0.1 * length:
+            return None
+        state = problem.advance(near.state, near.direction * ahead, target)
+        return near, *equilibrium(problem, state, target, newton=4)
+    except (NotConverged, SolverError):
+        return None
 
 
 def _fold(problem: Problem[State], base: Point[State], end: Point[State], steps: Steps) -> Event[State]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,17 +16,23 @@ from skfem.refdom import RefLine
 from ribbonfem.results import Array
 
 
+@cache
 def lobatto_points(degree: int) -> Array:
-    """The degree + 1 Gauss-Lobatto points of [0, 1], ascending."""
+    """The degree + 1 Gauss-Lobatto points of [0, 1], ascending; kept, and not to be written to."""
     inner = Legendre.basis(degree).deriv().roots()
-    return np.concatenate(([0.0], 0.5 * (1.0 + np.sort(inner.real)), [1.0]))
+    points = np.concatenate(([0.0], 0.5 * (1.0 + np.sort(inner.real)), [1.0]))
+    points.flags.writeable = False
+    return points
 
 
+@cache
 def lobatto_weights(degree: int) -> Array:
-    """Weights of the Gauss-Lobatto quadrature on [0, 1]: a lumped mass, exact to degree 2 degree - 1."""
+    """Weights of the Gauss-Lobatto quadrature on [0, 1]: a lumped mass, to degree 2 degree - 1; kept."""
     points = lobatto_points(degree)
     powers = np.arange(degree + 1)
-    return np.linalg.solve(points[None, :] ** powers[:, None], 1.0 / (powers + 1.0))
+    weights = np.linalg.solve(points[None, :] ** powers[:, None], 1.0 / (powers + 1.0))
+    weights.flags.writeable = False
+    return weights
 
 
 class ElementLineLobatto(ElementH1):
