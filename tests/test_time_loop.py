@@ -1,0 +1,211 @@
+"""The time loop serves a model that it has never seen, whose unknowns do not add: a pendulum as a rotation.
+
+Its place is a unit complex number, turned by the increments of a stage; gravity turns with the clamp.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.integrate import solve_ivp
+
+from ribbonfem.compiled.copies import copy
+from ribbonfem.stepping.kernels import (
+    CLOCK_SIZE,
+    FULL,
+    KINK,
+    ROW_SIZE,
+    ROWS,
+    STEPS,
+    Ramp,
+)
+from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, Verbs
+from ribbonfem.stepping.kernels.loop import loop_of
+from ribbonfem.stepping.methods import method_of
+
+STIFFNESS, RATE, STOP, HOLD, DAMPING = 9.0, 0.8, 1.2, 2.0, 0.3
+
+
+class Pendulum(NamedTuple):
+    """place, cos and sin; rate and its change, `now` at the last instant, `new` at the stage; all (2,)."""
+
+    place: np.ndarray
+    now: np.ndarray
+    new_place: np.ndarray
+    new: np.ndarray
+    rates: np.ndarray
+    angles: np.ndarray
+
+
+@njit
+def _turned(place, by):
+    return place[0] * np.cos(by) - place[1] * np.sin(by), place[1] * np.cos(by) + place[0] * np.sin(by)
+
+
+@njit
+def _moment(place, angle):
+    # of gravity, whose direction is the clamp's
+    return -STIFFNESS * (place[1] * np.cos(angle) - place[0] * np.sin(angle))
+
+
+@njit
+def _project(model, ramp, clock, spin, reset):
+    model.now[1] = _moment(model.place, model.angles[0]) - ramp.damping * model.now[0]
+    return 0.0
+
+
+@njit
+def _rescale(model, ratio):
+    pass
+
+
+@njit
+def _begin(model, clock):
+    copy(model.now, model.rates[0])
+
+
+@njit
+def _stage(model, m, ramp, clock, i, h, at, angle, spin):
+    diagonal = m.a[i, i] * h
+    known, turn = model.now[0], 0.0
+    for j in range(i):
+        known += h * m.a[i, j] * model.rates[j, 1]
+        turn += h * m.a[i, j] * model.rates[j, 0]
+    change = model.now[1]
+    model.angles[1] = angle
+    iterations = 0
+    while iterations < 30:
+        iterations += 1
+        rate = known + diagonal * change
+        model.new_place[0], model.new_place[1] = _turned(model.place, turn + diagonal * rate)
+        moment = _moment(model.new_place, angle)
+        stiffness = STIFFNESS * (model.new_place[0] * np.cos(angle) + model.new_place[1] * np.sin(angle))
+        off = change - moment + ramp.damping * rate
+        step = off / (1.0 + stiffness * diagonal * diagonal + ramp.damping * diagonal)
+        change -= step
+        if abs(step) < 1e-13 * (1.0 + abs(change)):
+            break
+    model.new[0], model.new[1] = known + diagonal * change, change
+    copy(model.new, model.rates[i])
+    return iterations
+
+
+@njit
+def _energies(place, rate, angle):
+    elastic = STIFFNESS * (1.0 - place[0] * np.cos(angle) - place[1] * np.sin(angle))
+    return 0.5 * rate * rate, elastic, _moment(place, angle), 0.0
+
+
+@njit
+def _flows(model, nu):
+    kinetic, _, moment, _ = _energies(model.new_place, model.new[0], model.angles[1])
+    return kinetic, moment
+
+
+@njit
+def _error(model, m, h):
+    error = 0.0
+    for j in range(m.stages):
+        error += m.error[j] * model.rates[j, 0]
+    return abs(h * error)
+
+
+@njit
+def _reject(model, clock):
+    pass
+
+
+@njit
+def _accept(model, m, h):
+    copy(model.new_place, model.place)
+    copy(model.new, model.now)
+    model.angles[0] = model.angles[1]
+
+
+@njit
+def _measure(model, nu, solved):
+    if solved:
+        return _energies(model.new_place, model.new[0], model.angles[1])
+    return _energies(model.place, model.now[0], model.angles[0])
+
+
+@njit
+def _record(model, rows, row):
+    rows[row, HEIGHT] = model.place[1]
+
+
+LOOP = loop_of(Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record))
+
+
+def moved(method, *, step=0.0, tolerance=0.0, room=5000):
+    """Rows of the pendulum, from rest along the clamp through its turn and the hold, by blocks of `room`."""
+    scheme, turned = method_of(method).as_scheme(), STOP / RATE
+    ramp = Ramp(
+        rate=RATE,
+        stop=STOP,
+        turned=turned,
+        end=turned + HOLD,
+        damping=DAMPING,
+        fixed=step,
+        tolerance=tolerance,
+        largest=0.1,
+        newton=1e-12,
+        smallest=1e-10,
+        snap=False,
+        departed=1e-6,
+        every=1,
+        barrier=-np.inf,
+        gain=np.inf,
+        least_growth=1.0,
+    )
+    model = Pendulum(
+        place=np.array([1.0, 0.0]),
+        now=np.zeros(2),
+        new_place=np.zeros(2),
+        new=np.zeros(2),
+        rates=np.zeros((scheme.stages, 2)),
+        angles=np.zeros(2),
+    )
+    clock = np.zeros(CLOCK_SIZE)
+    clock[KINK] = 1.0
+    parts, status = [], FULL
+    while status == FULL:
+        clock[ROWS] = 0.0
+        rows = np.empty((room, ROW_SIZE))
+        status = LOOP(model, scheme, ramp, clock, 1.0, rows)
+        parts.append(rows[: int(clock[ROWS])])
+    assert status == DONE
+    return np.concatenate(parts), model, int(clock[STEPS])
+
+
+def exact():
+    """Angle and rate at the end, by an explicit method, turn and hold apart."""
+
+    def motion(drive):
+        return lambda t, y: [y[1], -STIFFNESS * np.sin(y[0] - drive(t)) - DAMPING * y[1]]
+
+    policy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    turn = solve_ivp(motion(lambda t: RATE * t), (0.0, STOP / RATE), [0.0, 0.0], **policy)
+    return solve_ivp(motion(lambda t: STOP), (0.0, HOLD), turn.y[:, -1], **policy).y[:, -1]
+
+
+@pytest.mark.parametrize(("method", "order"), [("esdirk4", 4), ("esdirk3", 3), ("tr-bdf2", 2)])
+def test_a_rotation_goes_through_the_loop_with_the_order_of_the_method(method, order):
+    end = exact()
+    errors = []
+    for step in (0.05, 0.025, 0.0125):
+        _, model, _ = moved(method, step=step)
+        assert np.hypot(*model.place) == pytest.approx(1.0, abs=1e-12)
+        errors.append(abs(np.arctan2(model.place[1], model.place[0]) - end[0]))
+    assert np.log2(errors[1] / errors[2]) > order - 0.3
+
+
+def test_its_steps_adapt_its_energy_balances_and_a_resumed_run_is_the_same():
+    rows, model, steps = moved("esdirk4", tolerance=1e-8)
+    assert abs(np.arctan2(model.place[1], model.place[0]) - exact()[0]) < 1e-6
+    assert 30 < steps < 1000
+    # columns: kinetic, elastic, dissipated, work
+    assert np.ptp(rows[:, 3] + rows[:, 4] + rows[:, 5] - rows[:, 6]) < 1e-6
+    again, _, _ = moved("esdirk4", tolerance=1e-8, room=17)
+    assert np.array_equal(rows, again)
