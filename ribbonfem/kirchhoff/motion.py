@@ -37,6 +37,7 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
 from ribbonfem.stepping.kernels import FULL, KINETIC, KINK, LOAD, NEWTON, REJECTED, ROWS, STEPS, Ramp, Scheme
+from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.values import handed_over
 
@@ -112,7 +113,7 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
