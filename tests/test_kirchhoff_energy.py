@@ -60,3 +60,8 @@ def test_beams_have_no_discrete_gradient():
     case = Scene(compression=0.40, shear=0.0, start="U+", rate=0.5, stop=0.8)
     with pytest.raises(PolicyError, match="discrete-gradient"):
         elastica.simulate(case, method="discrete-gradient", step=1e-3)
+
+
+def test_discrete_gradient_needs_a_step():
+    with pytest.raises(PolicyError, match="step = None"):
+        kirchhoff.simulate(SNAP, method="discrete-gradient")
