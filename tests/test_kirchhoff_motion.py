@@ -224,7 +224,7 @@ STEPS = {"esdirk4": (0.1, 0.05, 0.025), "implicit-euler": (0.02, 0.01, 0.005)}
 
 
 @pytest.mark.parametrize("extensible", [False, True])
-@pytest.mark.parametrize("method", methods.METHODS)
+@pytest.mark.parametrize("method", methods.ALL_METHODS)
 def test_order_in_the_step(method, extensible):
     """Of the positions at the end of a ramp that stops before the snap."""
 

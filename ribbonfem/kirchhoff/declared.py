@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ribbonfem.declared import Declared
-from ribbonfem.stepping.control import ADAPTIVE, ORDERS
+from ribbonfem.stepping.methods import ALL_METHODS, METHODS, method_of
 
 DECLARED = Declared(
     name="kirchhoff",
     mesh="elements",
     least=4,
     planar=False,
-    methods=ORDERS,
-    adaptive=ADAPTIVE,
+    methods={name: method_of(name).order for name in ALL_METHODS},
+    adaptive=METHODS,
     # five Gauss points an element: 2 p = 10
     order=lambda policy: 10.0,
     size=lambda policy: 1.0 / policy["elements"],

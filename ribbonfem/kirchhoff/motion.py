@@ -31,12 +31,13 @@ from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.growing import Growing
-from ribbonfem.policy import require_duration, verb
+from ribbonfem.policy import PolicyError, require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
 from ribbonfem.stepping.kernels import FULL, KINETIC, KINK, LOAD, NEWTON, REJECTED, ROWS, STEPS, Ramp, Scheme
+from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.values import handed_over
 
@@ -83,7 +84,10 @@ def simulate(
     elements: an even number of at least 4; errors fall as elements^-10.
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal) or "implicit-euler".
+        (trapezoidal), "implicit-euler" or "discrete-gradient", with fixed steps, of order 2,
+        which alone keeps the energy of undamped ringing, whatever the step (`kernels.conserving`).
+        The others lose or gain it: velocities of their steps do not fit the constraint (an
+        inextensible ribbon gains energy), and fast waves are damped.
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
     tolerance: of the adaptive step, the local error of positions in L, made smaller while the
         ribbon creeps (down to 0.01 of it); 3e-5 if neither is given.  A step that gains a
@@ -112,7 +116,9 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL)
+    if method == "discrete-gradient" and step is None:
+        raise PolicyError(f"step = None: method = {method!r} has no estimate of its error and needs a step")
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)

@@ -60,6 +60,7 @@ class Control:
         spectral_radius: float | None,
         default_tolerance: float,
         untils: tuple[str, ...] = UNTIL,
+        methods: tuple[str, ...] = METHODS,
     ) -> Control:
         """Check the policy of a `simulate` that may end in these ways.
 
@@ -73,7 +74,7 @@ class Control:
         if step is None:
             tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
         return cls(
-            method_of(method, spectral_radius),
+            method_of(method, spectral_radius, methods),
             None if step is None else positive("step", step),
             tolerance,
             choice("until", until, untils),

@@ -14,6 +14,8 @@ from ribbonfem.tableaus import Tableau
 from . import kernels
 
 METHODS = (*tableaus.TABLEAUS, "generalised-alpha", "newmark")
+# those of the Kirchhoff rod, which alone has the mean of its forces along a step
+ALL_METHODS = (*METHODS, "discrete-gradient")
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Method:
     One-stage methods are of the form r1 = r + h v + h^2 (r0 A + r1 A1), v1 = v + h (v0 A + v1 A1)
     with (1 - alpha_m) A1 + alpha_m A = (1 - alpha_f) a1 + alpha_f a, A the auxiliary
     acceleration; `error` (two factors of h^2 A, h^2 A1) is the leading local error of r.  Others
-    have a `tableau`.
+    have a `tableau`.  `mean`: a1 is that of the mean forces of the step, not of its end.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Method:
     alpha_f: float = 0.0
     error: tuple[float, float] = (0.0, 0.0)
     project: bool = False
+    mean: bool = False
     tableau: Tableau | None = None
 
     def as_scheme(self) -> kernels.Scheme:
@@ -45,7 +48,7 @@ class Method:
                 kernels.DIRK, power, data.stages, data.a, data.c, data.error, *(8 * (0.0,)), False
             )
         return kernels.Scheme(
-            kernels.ONE_STAGE,
+            kernels.MEAN if self.mean else kernels.ONE_STAGE,
             self.order + 1.0,
             2,
             np.zeros((2, 2)),
@@ -71,6 +74,15 @@ def newmark(beta: float = 0.25, gamma: float = 0.5) -> Method:
     return Method(
         "newmark", order, (0.5 - beta, beta), (1.0 - gamma, gamma), error=(-constant, constant), project=True
     )
+
+
+def discrete_gradient() -> Method:
+    """The midpoint rule with the mean of the forces along the step, which balances the energy at any step.
+
+    Average vector field, G. R. W. Quispel & D. I. McLaren, J. Phys. A 41 (2008) 045206.  It has no
+    estimate of its error: accelerations are means of steps, and undamped ones keep what a kink left.
+    """
+    return Method("discrete-gradient", 2, (0.0, 0.5), (0.0, 1.0), mean=True)
 
 
 def generalised_alpha(spectral_radius: float = 0.8) -> Method:
@@ -99,9 +111,11 @@ def generalised_alpha(spectral_radius: float = 0.8) -> Method:
     )
 
 
-def method_of(name: str, spectral_radius: float | None = None) -> Method:
+def method_of(
+    name: str, spectral_radius: float | None = None, methods: tuple[str, ...] = ALL_METHODS
+) -> Method:
     """The method of this name; `spectral_radius` belongs to "generalised-alpha" alone."""
-    choice("method", name, METHODS)
+    choice("method", name, methods)
     if name == "generalised-alpha":
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
@@ -110,5 +124,7 @@ def method_of(name: str, spectral_radius: float | None = None) -> Method:
         )
     if name == "newmark":
         return newmark()
+    if name == "discrete-gradient":
+        return discrete_gradient()
     tableau = tableaus.TABLEAUS[name]()
     return Method(tableau.name, tableau.constrained, tableau=tableau)

@@ -64,6 +64,8 @@ class Scratch(NamedTuple):
     lagrange: Array
     spin: Array
     out: Array
+    path: Array
+    pull: Array
 
 
 class Moving(NamedTuple):
@@ -106,4 +108,6 @@ def scratch(elements: int, stages: int) -> Scratch:
         lagrange=np.zeros(GUESS),
         spin=np.zeros((nodes, 3)),
         out=np.zeros(4),
+        path=four(),
+        pull=np.zeros((elements, P, 3)),
     )

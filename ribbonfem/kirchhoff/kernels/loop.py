@@ -11,10 +11,11 @@ import numpy as np
 from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, ONE_STAGE, TIME, Ramp, Scheme, Verbs
+from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, MEAN, TIME, Ramp, Scheme, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
+from .conserving import conserve, mean_kinetic
 from .consistent import project, tangents
 from .newton import guess, newton, remember
 from .tangent import OPTIONS, P, Rod, Solver, add_element, clamp_moment
@@ -56,7 +57,7 @@ def _elastic(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
 def _known(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, float, float]:
     """Put what a stage knows in t.xp, t.vp, t.tp; return b, f and ft of x = xp + b a, and so on."""
     nodes = y.x.shape[0]
-    if m.kind == ONE_STAGE:
+    if m.kind != DIRK:
         share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
         for node in range(1, nodes - 1):
             for c in range(4):
@@ -137,7 +138,10 @@ def _stage(
     b, f, ft = _known(m, y, t, i, h)
     guess(t, clock, at)
     _set_clamp(t.g, angle)
-    used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
+    if m.kind == MEAN:
+        used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
+    else:
+        used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
     if m.kind == DIRK:
@@ -148,8 +152,10 @@ def _stage(
 
 
 @compiled(**OPTIONS)
-def _flows(model: Moving, nu: float) -> tuple[float, float]:
+def _flows(model: Moving, m: Scheme, nu: float) -> tuple[float, float]:
     rod, t = model.rod, model.scratch
+    if m.kind == MEAN:
+        return mean_kinetic(rod, model.motion.v, t.v), t.out[0]
     return _kinetic(rod, t.v), clamp_moment(rod, model.solver, t.x, t.g, t.n)
 
 
@@ -165,7 +171,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     for node in range(1, y.x.shape[0] - 1):
         for c in range(3):
             change = 0.0
-            if m.kind == ONE_STAGE:
+            if m.kind != DIRK:
                 known = (m.alpha_f * y.a[node, c] - m.alpha_m * y.auxiliary[node, c]) / (1.0 - m.alpha_m)
                 new = share * t.a[node, c] + known
                 change = h * h * (m.error0 * y.auxiliary[node, c] + m.error1 * new)
@@ -190,7 +196,7 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
     share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
     for node in range(1, y.x.shape[0] - 1):
         for c in range(4):
-            if m.kind == ONE_STAGE:
+            if m.kind != DIRK:
                 known = (m.alpha_f * y.a[node, c] - m.alpha_m * y.auxiliary[node, c]) / (1.0 - m.alpha_m)
                 y.auxiliary[node, c] = share * t.a[node, c] + known
             y.x[node, c] = t.x[node, c]

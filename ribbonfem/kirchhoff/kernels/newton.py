@@ -28,7 +28,7 @@ KEEP = 0.4
 # 1/t*; stages shorter than one over this are solved the closer the shorter they are
 RESOLVED = 100.0
 # L; Newton tries no harder, and takes it for rounding if increments below the second do not fall
-SMALLEST_CHANGE, ROUNDING = 1e-12, 1e-11
+SMALLEST_CHANGE, ROUNDING = 1e-15, 1e-11
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
 
@@ -119,7 +119,7 @@ def newton(
         if before > 0.0:
             rate = min(0.9, size / before)
             left = size * rate / (1.0 - rate)
-        if min(size, left) < tolerance or (size < ROUNDING and rate > 0.3):
+        if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
             for i in range(1, nodes - 1):
                 t.x[i, 3] = twist(g0, t.g, i)
                 for c in range(4):

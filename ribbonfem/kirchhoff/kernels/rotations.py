@@ -40,3 +40,18 @@ def twist(g0: Array, g: Array, i: int) -> float:
     along = w * g[i, 0] + x * g[i, 1] + y * g[i, 2] + z * g[i, 3]
     across = w * g[i, 1] - x * g[i, 0] - y * g[i, 3] + z * g[i, 2]
     return 2.0 * math.atan2(across, along) if along >= 0.0 else 2.0 * math.atan2(-across, -along)
+
+
+@compiled(**OPTIONS)
+def turn_between(g0: Array, g: Array, i: int, psi: Array) -> None:
+    """psi[i] (3,), the shortest turn with g = g0 exp(psi / 2) at node i."""
+    w, x, y, z = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
+    d, a, b, c = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
+    cosine = w * d + x * a + y * b + z * c
+    sign = 1.0 if cosine >= 0.0 else -1.0
+    p0 = sign * (w * a - x * d - y * c + z * b)
+    p1 = sign * (w * b - y * d - z * a + x * c)
+    p2 = sign * (w * c - z * d - x * b + y * a)
+    sine = math.sqrt(p0 * p0 + p1 * p1 + p2 * p2)
+    factor = 2.0 * math.atan2(sine, abs(cosine)) / sine if sine > 1e-150 else 2.0
+    psi[i, 0], psi[i, 1], psi[i, 2] = factor * p0, factor * p1, factor * p2

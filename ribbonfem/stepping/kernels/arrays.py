@@ -11,7 +11,8 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 ELASTICA, QUASILINEAR = 0, 1
-ONE_STAGE, DIRK = 0, 1
+# MEAN: of one stage, its flows those of the whole step
+ONE_STAGE, DIRK, MEAN = range(3)
 # what `run` returns
 DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
 # steps that a run of fixed ones may take: so many times those asked for, and so many besides (a snap in a run
@@ -117,7 +118,7 @@ class Verbs(NamedTuple):
     rescale: Callable[..., Any]  # (model, ratio): the auxiliary acceleration for a step so much longer
     begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
     stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
-    flows: Callable[..., Any]  # (model, nu): kinetic energy and moment on the clamp, of the stage solved
+    flows: Callable[..., Any]  # (model, scheme, nu): kinetic energy, moment on the clamp, of the stage solved
     error: Callable[..., Any]  # (model, scheme, h): of the step, estimated
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant

@@ -29,6 +29,7 @@ from .arrays import (
     KINK,
     LAST,
     LOWEST,
+    MEAN,
     MOMENT,
     MOST_BESIDES,
     MOST_TIMES,
@@ -179,7 +180,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
             target = end if landed else time + h
             angle0 = ramp.rate * time if phase == 0 else ramp.stop
             angle = ramp.stop if (phase == 1 or landed) else ramp.rate * target
-            if m.kind == ONE_STAGE:
+            if m.kind != DIRK:
                 if clock[LAST] > 0.0 and h != clock[LAST]:
                     # the auxiliary acceleration is that of an instant in proportion to the step
                     rescale(model, h / clock[LAST])
@@ -197,7 +198,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     break
                 iterations += used
                 if m.kind == DIRK and i < last:
-                    kinetic, moment = flows(model, nu)
+                    kinetic, moment = flows(model, m, nu)
                     work += m.a[last, i] * moment
                     lost += m.a[last, i] * 2.0 * nu * kinetic
             clock[NEWTON] += abs(iterations)
@@ -230,6 +231,9 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     _shorter(ramp, clock, 0.5 * h)
                     continue
                 clock[EXCESS] = excess
+            elif m.kind == MEAN:
+                middle, force = flows(model, m, nu)
+                lost, work = h * 2.0 * nu * middle, turn * force
             accept(model, m, h)
             if m.project:
                 project(model, ramp, clock, spin, False)

@@ -1,0 +1,206 @@
+"""A step of the Kirchhoff rod that balances its energy to rounding, however long it is.
+
+The midpoint rule, with the moments' mean along the step (average vector field): each frame turns
+from g0 to g1 = g0 exp(psi / 2) about one axis, its spin over the step is psi's first component,
+and the constraint r' = t (1 + c n.t) holds at the ends.  n is the force over the step, along
+m = (t0 + t1) / 2 the mean of the axial forces at its ends.  Work of n on r and on t then cancel:
+
+    n.(r1 - r0)' = n.(t1 - t0) (1 + c n.m) + c (N1^2 - N0^2) / 2
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ribbonfem.compiled.decorator import compiled
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import Ramp
+
+from .arrays import ASSEMBLIES, SIGMA, Motion, Scratch
+from .condensed import factorise, solve
+from .newton import ANGLE, KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE
+from .rotations import rotate, turn_between
+from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate, fill_element
+
+# Gauss points of a step and their weights, that of the middle last
+AT = (0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15), 0.5)
+SHARE = (5.0 / 18.0, 5.0 / 18.0, 8.0 / 18.0)
+
+
+@compiled(**OPTIONS)
+def _direction(rod: Rod, s: Solver, e: int, k: int, g: Array, n: Array, tangent: Array) -> float:
+    """The unit tangent at a Gauss point; returns n along it."""
+    _interpolate(rod, e, k, g, s.q, s.p)
+    q0, q1, q2, q3 = s.q[0], s.q[1], s.q[2], s.q[3]
+    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+    tangent[0] = inverse * (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3)
+    tangent[1] = 2.0 * inverse * (q1 * q2 + q0 * q3)
+    tangent[2] = 2.0 * inverse * (q1 * q3 - q0 * q2)
+    return float(n[0] * tangent[0] + n[1] * tangent[1] + n[2] * tangent[2])
+
+
+@compiled(**OPTIONS)
+def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
+    """Add the means of the moments along the step to s.fp; leaves the frames of its middle in t.path."""
+    nodes = g0.shape[0]
+    for j in range(len(AT)):
+        for i in range(nodes):
+            for c in range(4):
+                t.path[i, c] = g0[i, c]
+            rotate(t.path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
+        for e in range(rod.weights.shape[0]):
+            for i in range(P + 1):
+                for c in range(4):
+                    s.gradient[i, c] = 0.0
+            for k in range(P):
+                _interpolate(rod, e, k, t.path, s.q, s.p)
+                _bend(rod.stiff, 0.0, s.q, s.p, t.pull[e, k], s.gq, s.gp, s.tangent)
+                share = SHARE[j] * rod.weights[e, k]
+                for i in range(P + 1):
+                    value, slope = share * rod.value[k, i], share * rod.slope[e, k, i]
+                    for c in range(4):
+                        s.gradient[i, c] += value * s.gq[c] + slope * s.gp[c]
+            for i in range(P + 1):
+                for c in range(3):
+                    s.fp[e * P + i, c] += _body(t.path, e * P + i, s.gradient[i], c)
+
+
+@compiled(**OPTIONS)
+def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
+    """Residuals of the step in s.fr, s.fp, s.fn; t.force is the mean inertial force a mass."""
+    for i in range(y.g.shape[0]):
+        for c in range(3):
+            s.fr[i, c] = rod.inertia[i, c] * t.force[i, c]
+            s.fp[i, c] = 0.0
+        s.fp[i, 0] = rod.inertia[i, 3] * t.force[i, 3]
+    for e in range(rod.weights.shape[0]):
+        for k in range(P):
+            n = t.n[e, k]
+            # N1 is what makes the mean n.m
+            mean = 0.5 * _direction(rod, s, e, k, y.g, n, s.tangent)
+            first = 0.0
+            for c in range(3):
+                first += y.n[e, k, c] * s.tangent[c]
+            mean += 0.5 * _direction(rod, s, e, k, t.g, n, s.tangent)
+            stretch = rod.weights[e, k] * (1.0 + rod.soft * (2.0 * mean - first))
+            for c in range(3):
+                t.pull[e, k, c] = (1.0 + rod.soft * mean) * n[c]
+                gap = 0.0
+                for i in range(P + 1):
+                    coupling = rod.coupling[e, k, i]
+                    gap += coupling * t.x[e * P + i, c]
+                    s.fr[e * P + i, c] += coupling * n[c]
+                s.fn[e, k, c] = gap - stretch * s.tangent[c]
+    _mean_moments(rod, s, t, y.g)
+
+
+@compiled(**OPTIONS)
+def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
+    """Give t.n the axial force of the step's end, in a rod that stretches."""
+    for e in range(rod.weights.shape[0]):
+        for k in range(P):
+            along = _direction(rod, s, e, k, y.g, t.n[e, k], s.tangent)
+            for c in range(3):
+                along -= y.n[e, k, c] * s.tangent[c]
+            _direction(rod, s, e, k, t.g, t.n[e, k], s.tangent)
+            for c in range(3):
+                t.n[e, k, c] += along * s.tangent[c]
+
+
+@compiled(**OPTIONS)
+def _rates(t: Scratch, y: Motion, b: float, h: float, nu: float) -> None:
+    """Accelerations, and velocities of the end, from positions and turns."""
+    for i in range(1, y.g.shape[0] - 1):
+        turn_between(y.g, t.g, i, t.spin)
+        t.x[i, 3] = t.spin[i, 0]
+        for c in range(4):
+            acceleration = (t.x[i, c] - t.xp[i, c]) / b
+            t.a[i, c] = acceleration
+            t.v[i, c] = t.vp[i, c] + h * acceleration
+            t.force[i, c] = acceleration + 0.5 * nu * (y.v[i, c] + t.v[i, c])
+
+
+@compiled(**OPTIONS)
+def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ramp: Ramp, clock: Array) -> int:
+    """Solve a step as `newton` does a stage; the mean moment on the clamp is left in t.out[0].
+
+    The tangent is that of the middle, symmetric: moments count there twice, and half of n.
+    """
+    nu, nodes = ramp.damping, y.g.shape[0]
+    sigma = 2.0 * (1.0 / b + 0.5 * nu * h / b)
+    fresh = not abs(clock[SIGMA] - sigma) <= KEEP * sigma
+    tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
+    before = rate = 0.0
+    made = 0
+    turn_between(y.g, t.g, 0, t.spin)
+    for i in range(1, nodes - 1):
+        for c in range(3):
+            t.x[i, c] = t.xp[i, c] + b * t.a[i, c]
+    iteration = 0
+    while iteration < NEWTON_LIMIT:
+        iteration += 1
+        _rates(t, y, b, h, nu)
+        _residual(rod, s, t, y)
+        t.out[0] = s.fp[0, 1]
+        for i in range(1, nodes - 1):
+            if rod.gyroscopic:
+                # J theta' t', whose work on psi is none
+                factor = 0.5 * rod.inertia[i, 3] * (y.v[i, 3] + t.v[i, 3]) / h
+                s.fp[i, 1] += factor * t.spin[i, 2]
+                s.fp[i, 2] -= factor * t.spin[i, 1]
+            for c in range(3):
+                s.fr[i, c] *= 2.0
+                s.fp[i, c] *= 2.0
+        if fresh:
+            for e in range(rod.weights.shape[0]):
+                fill_element(rod, s, e, t.path, t.n, sigma, False)
+            factorise(s)
+            clock[SIGMA] = sigma
+            clock[ASSEMBLIES] += 1.0
+            made += 1
+        solve(rod, s, sigma)
+        size = 0.0
+        for i in range(1, nodes - 1):
+            for c in range(3):
+                size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
+        # a comparison that NaN fails; max() may hide one in either argument
+        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
+        if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
+            fresh = True
+            continue
+        if not good or made > 8:
+            break
+        for i in range(1, nodes - 1):
+            rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
+            for c in range(3):
+                t.x[i, c] += s.fr[i, c]
+        for e in range(rod.weights.shape[0]):
+            for k in range(P):
+                for c in range(3):
+                    t.n[e, k, c] += 0.5 * s.fn[e, k, c]
+        left = size
+        if before > 0.0:
+            rate = min(0.9, size / before)
+            left = size * rate / (1.0 - rate)
+        if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
+            _rates(t, y, b, h, nu)
+            if rod.soft > 0.0:
+                _end_forces(rod, s, t, y)
+            return iteration
+        fresh = iteration > 1 and rate > 0.3
+        before = size
+    clock[SIGMA] = 0.0
+    return -iteration
+
+
+@compiled(**OPTIONS)
+def mean_kinetic(rod: Rod, v0: Array, v: Array) -> float:
+    """Kinetic energy of the mean velocity of a step."""
+    total = 0.0
+    for i in range(1, v.shape[0] - 1):
+        for c in range(4):
+            middle = 0.5 * (v0[i, c] + v[i, c])
+            total += rod.inertia[i, c] * middle * middle
+    return 0.5 * total
