@@ -36,7 +36,19 @@ from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
-from ribbonfem.stepping.kernels import FULL, KINETIC, KINK, LOAD, NEWTON, REJECTED, ROWS, STEPS, Ramp, Scheme
+from ribbonfem.stepping.kernels import (
+    FULL,
+    KINETIC,
+    KINK,
+    LOAD,
+    MEAN,
+    NEWTON,
+    REJECTED,
+    ROWS,
+    STEPS,
+    Ramp,
+    Scheme,
+)
 from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.values import handed_over
@@ -58,7 +70,8 @@ GAIN = 1e-3
 LEAST_GROWTH = 1.4
 # rows are made in chunks of this many bytes of configurations
 _CHUNK = 4_000_000
-_warm = False
+# loops that are compiled or loaded in this process
+_warm: set[Callable[..., int]] = set()
 
 
 @verb
@@ -242,6 +255,12 @@ def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = 
     )
 
 
+def loop_of(scheme: Scheme) -> Callable[..., int]:
+    """The compiled time loop that solves the stages of a method."""
+    run: Callable[..., int] = loop.run_by_means if scheme.kind == MEAN else loop.run
+    return run
+
+
 class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
@@ -265,7 +284,7 @@ class Loop:
             x, m1 = configurations or self.none
             self.motion.clock[ROWS] = 0.0
             model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
-            status = loop.run(model, self.scheme, ramp, rows)
+            status = loop_of(self.scheme)(model, self.scheme, ramp, rows)
             self.rows.count += int(self.motion.clock[ROWS])
             if status != FULL or self.rows.full:
                 return int(status)
@@ -317,7 +336,6 @@ def integrate(
     SolverError
         If the end was not reached; its `history` is what was.
     """
-    global _warm
     rod = discretised(problem, scene, policy.get("gyroscopic", False))
     scheme = control.method.as_scheme()
 
@@ -325,9 +343,9 @@ def integrate(
         return at_rest(problem, start)
 
     begin = first or resting
-    if not _warm:
+    if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
-        _warm = True
+        _warm.add(loop_of(scheme))
         Loop(rod, scheme, begin(), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )

@@ -11,7 +11,7 @@ import numpy as np
 from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, MEAN, TIME, Ramp, Scheme, Verbs
+from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, Ramp, Scheme, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
@@ -138,10 +138,7 @@ def _stage(
     b, f, ft = _known(m, y, t, i, h)
     guess(t, clock, at)
     _set_clamp(t.g, angle)
-    if m.kind == MEAN:
-        used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
-    else:
-        used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
+    used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
     if m.kind == DIRK:
@@ -152,11 +149,38 @@ def _stage(
 
 
 @compiled(**OPTIONS)
-def _flows(model: Moving, m: Scheme, nu: float) -> tuple[float, float]:
+def _mean_stage(
+    model: Moving,
+    m: Scheme,
+    ramp: Ramp,
+    clock: Array,
+    i: int,
+    h: float,
+    at: float,
+    angle: float,
+    spin: float,
+) -> int:
+    """Solve a step by the means of its forces, into the same places."""
+    t, y = model.scratch, model.motion
+    b, _, _ = _known(m, y, t, i, h)
+    guess(t, clock, at)
+    _set_clamp(t.g, angle)
+    used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
+    if used > 0:
+        remember(t, clock, at, t.g, t.n, t.a)
+    return used
+
+
+@compiled(**OPTIONS)
+def _flows(model: Moving, nu: float) -> tuple[float, float]:
     rod, t = model.rod, model.scratch
-    if m.kind == MEAN:
-        return mean_kinetic(rod, model.motion.v, t.v), t.out[0]
     return _kinetic(rod, t.v), clamp_moment(rod, model.solver, t.x, t.g, t.n)
+
+
+@compiled(**OPTIONS)
+def _mean_flows(model: Moving, nu: float) -> tuple[float, float]:
+    t = model.scratch
+    return mean_kinetic(model.rod, model.motion.v, t.v), t.out[0]
 
 
 @compiled(**OPTIONS)
@@ -249,9 +273,19 @@ def _record(model: Moving, rows: Array, row: int) -> None:
 _loop = loop_of(
     Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
 )
+# a loop of its own: two solvers in one are no longer compiled into it, which costs both
+_mean_loop = loop_of(
+    Verbs(_project, _rescale, _begin, _mean_stage, _mean_flows, _error, _reject, _accept, _measure, _record)
+)
 
 
 @compiled(error_model="numpy")
 def run(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
     """The time loop of a Kirchhoff rod, see `loop_of`."""
     return _loop(model, m, ramp, model.motion.clock, 1.0, rows)
+
+
+@compiled(error_model="numpy")
+def run_by_means(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
+    """The same with the means of forces along a step (`conserving`)."""
+    return _mean_loop(model, m, ramp, model.motion.clock, 1.0, rows)

@@ -118,7 +118,7 @@ class Verbs(NamedTuple):
     rescale: Callable[..., Any]  # (model, ratio): the auxiliary acceleration for a step so much longer
     begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
     stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
-    flows: Callable[..., Any]  # (model, scheme, nu): kinetic energy, moment on the clamp, of the stage solved
+    flows: Callable[..., Any]  # (model, nu): kinetic energy and moment on the clamp, of the stage solved
     error: Callable[..., Any]  # (model, scheme, h): of the step, estimated
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant

@@ -164,7 +164,7 @@ def _measure(beam: Beam, nu: float, solved: bool) -> tuple[float, float, float, 
 
 
 @compiled(error_model="numpy")
-def _flows(beam: Beam, m: Scheme, nu: float) -> tuple[float, float]:
+def _flows(beam: Beam, nu: float) -> tuple[float, float]:
     kinetic, _, moment, _ = _measure(beam, nu, True)
     return kinetic, moment
 

@@ -198,7 +198,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     break
                 iterations += used
                 if m.kind == DIRK and i < last:
-                    kinetic, moment = flows(model, m, nu)
+                    kinetic, moment = flows(model, nu)
                     work += m.a[last, i] * moment
                     lost += m.a[last, i] * 2.0 * nu * kinetic
             clock[NEWTON] += abs(iterations)
@@ -232,7 +232,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     continue
                 clock[EXCESS] = excess
             elif m.kind == MEAN:
-                middle, force = flows(model, m, nu)
+                middle, force = flows(model, nu)
                 lost, work = h * 2.0 * nu * middle, turn * force
             accept(model, m, h)
             if m.project:
