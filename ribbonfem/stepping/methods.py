@@ -51,7 +51,7 @@ class Method:
             kernels.MEAN if self.mean else kernels.ONE_STAGE,
             self.order + 1.0,
             2,
-            np.zeros((2, 2)),
+            np.diag((0.0, float(self.mean))),
             np.array([0.0, 1.0]),
             np.zeros(2),
             *self.positions,

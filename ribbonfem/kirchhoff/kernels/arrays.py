@@ -64,8 +64,6 @@ class Scratch(NamedTuple):
     lagrange: Array
     spin: Array
     out: Array
-    path: Array
-    pull: Array
 
 
 class Moving(NamedTuple):
@@ -108,6 +106,4 @@ def scratch(elements: int, stages: int) -> Scratch:
         lagrange=np.zeros(GUESS),
         spin=np.zeros((nodes, 3)),
         out=np.zeros(4),
-        path=four(),
-        pull=np.zeros((elements, P, 3)),
     )

@@ -24,6 +24,10 @@ from .newton import ANGLE, KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHAN
 from .rotations import rotate, turn_between
 from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate, fill_element
 
+# Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the
+# places of the rates of stages, t.stage_v[1] and t.stage_turning[1]: there are no stages here, and two more
+# arrays in the scratch slow every other method down by a tenth.
+
 # Gauss points of a step and their weights, that of the middle last
 AT = (0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15), 0.5)
 SHARE = (5.0 / 18.0, 5.0 / 18.0, 8.0 / 18.0)
@@ -43,20 +47,21 @@ def _direction(rod: Rod, s: Solver, e: int, k: int, g: Array, n: Array, tangent:
 
 @compiled(**OPTIONS)
 def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
-    """Add the means of the moments along the step to s.fp; leaves the frames of its middle in t.path."""
+    """Add the means of the moments along the step to s.fp; the frames of its middle stay in t.stage_v[1]."""
     nodes = g0.shape[0]
+    path, pull = t.stage_v[1], t.stage_turning[1]
     for j in range(len(AT)):
         for i in range(nodes):
             for c in range(4):
-                t.path[i, c] = g0[i, c]
-            rotate(t.path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
+                path[i, c] = g0[i, c]
+            rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
         for e in range(rod.weights.shape[0]):
             for i in range(P + 1):
                 for c in range(4):
                     s.gradient[i, c] = 0.0
             for k in range(P):
-                _interpolate(rod, e, k, t.path, s.q, s.p)
-                _bend(rod.stiff, 0.0, s.q, s.p, t.pull[e, k], s.gq, s.gp, s.tangent)
+                _interpolate(rod, e, k, path, s.q, s.p)
+                _bend(rod, 0.0, s.q, s.p, pull[e * P + k], s.gq, s.gp, s.tangent)
                 share = SHARE[j] * rod.weights[e, k]
                 for i in range(P + 1):
                     value, slope = share * rod.value[k, i], share * rod.slope[e, k, i]
@@ -64,7 +69,7 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
                         s.gradient[i, c] += value * s.gq[c] + slope * s.gp[c]
             for i in range(P + 1):
                 for c in range(3):
-                    s.fp[e * P + i, c] += _body(t.path, e * P + i, s.gradient[i], c)
+                    s.fp[e * P + i, c] += _body(path, e * P + i, s.gradient[i], c)
 
 
 @compiled(**OPTIONS)
@@ -75,6 +80,7 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             s.fr[i, c] = rod.inertia[i, c] * t.force[i, c]
             s.fp[i, c] = 0.0
         s.fp[i, 0] = rod.inertia[i, 3] * t.force[i, 3]
+    pull = t.stage_turning[1]
     for e in range(rod.weights.shape[0]):
         for k in range(P):
             n = t.n[e, k]
@@ -86,7 +92,7 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             mean += 0.5 * _direction(rod, s, e, k, t.g, n, s.tangent)
             stretch = rod.weights[e, k] * (1.0 + rod.soft * (2.0 * mean - first))
             for c in range(3):
-                t.pull[e, k, c] = (1.0 + rod.soft * mean) * n[c]
+                pull[e * P + k, c] = (1.0 + rod.soft * mean) * n[c]
                 gap = 0.0
                 for i in range(P + 1):
                     coupling = rod.coupling[e, k, i]
@@ -155,7 +161,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
                 s.fp[i, c] *= 2.0
         if fresh:
             for e in range(rod.weights.shape[0]):
-                fill_element(rod, s, e, t.path, t.n, sigma, False)
+                fill_element(rod, s, e, t.stage_v[1], t.n, sigma, False)
             factorise(s)
             clock[SIGMA] = sigma
             clock[ASSEMBLIES] += 1.0

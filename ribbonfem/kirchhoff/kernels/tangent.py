@@ -146,7 +146,7 @@ def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None
 
 @compiled(**OPTIONS)
 def _bend(
-    stiff: Array, soft: float, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array
+    rod: Rod, soft: float, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array
 ) -> tuple[float, float]:
     """Derivatives in q and p of the density, the tangent; returns its energy without n, and n.t.
 
@@ -160,7 +160,7 @@ def _bend(
     k1 = 2.0 * inverse * (q0 * p1 - q1 * p0 - q2 * p3 + q3 * p2)
     k2 = 2.0 * inverse * (q0 * p2 - q2 * p0 - q3 * p1 + q1 * p3)
     k3 = 2.0 * inverse * (q0 * p3 - q3 * p0 - q1 * p2 + q2 * p1)
-    m1, m2, m3 = stiff[0] * k1, stiff[1] * k2, stiff[2] * k3
+    m1, m2, m3 = rod.stiff[0] * k1, rod.stiff[1] * k2, rod.stiff[2] * k3
     twice = m1 * k1 + m2 * k2 + m3 * k3
     tangent[0] = inverse * (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3)
     tangent[1] = 2.0 * inverse * (q1 * q2 + q0 * q3)
@@ -205,7 +205,7 @@ def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> fl
             gradient[i, c] = 0.0
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
-        bending, pull = _bend(rod.stiff, rod.soft, s.q, s.p, n[e, k], s.gq, s.gp, s.tangent)
+        bending, pull = _bend(rod, rod.soft, s.q, s.p, n[e, k], s.gq, s.gp, s.tangent)
         weight = rod.weights[e, k]
         energy += weight * (bending + 0.5 * rod.soft * pull * pull)
         stretch = weight * (1.0 + rod.soft * pull)

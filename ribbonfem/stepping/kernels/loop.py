@@ -197,7 +197,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     iterations = used - iterations
                     break
                 iterations += used
-                if m.kind == DIRK and i < last:
+                if m.kind == MEAN or (m.kind == DIRK and i < last):
                     kinetic, moment = flows(model, nu)
                     work += m.a[last, i] * moment
                     lost += m.a[last, i] * 2.0 * nu * kinetic
@@ -232,8 +232,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     continue
                 clock[EXCESS] = excess
             elif m.kind == MEAN:
-                middle, force = flows(model, nu)
-                lost, work = h * 2.0 * nu * middle, turn * force
+                lost, work = h * lost, turn * work
             accept(model, m, h)
             if m.project:
                 project(model, ramp, clock, spin, False)
