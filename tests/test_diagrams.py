@@ -240,12 +240,23 @@ def test_type_1_ends_where_energy_says():
     assert runs.run_of(base, 0.03, at * 1.15).outcome == "no skip"
 
 
-def test_the_table_of_delays_is_the_delay():
+def test_the_delays_of_a_diagram_are_the_delay():
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
     form = der.normal_forms(scene, nodes=31)[0]
-    late = predictions.late_by(form, np.array([0.01, 1.0]), np.array([0.1, 30.0]))
+    late = predictions.late_by(form)
     for rate, damping in ((0.01, 0.1), (0.01, 30.0), (0.123, 4.56), (1.0, 0.1)):
-        assert late(rate, damping) == pytest.approx(predict(form, rate, damping).time, rel=1e-4)
+        assert late(rate, damping) == pytest.approx(predict(form, rate, damping).time, rel=1e-6)
+
+
+def test_type_2_begins_where_the_delay_reaches_the_second_fold():
+    scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
+    base = runs.ground(scene, "der", {"nodes": 31})
+    curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[predictions.TYPE_2]
+    form = der.normal_forms(scene, nodes=31)[0]
+    window = base.folds[1].angle - base.folds[0].angle
+    assert len(curve) > 10
+    for rate, damping in curve[::6]:
+        assert rate * predict(form, float(rate), float(damping)).time == pytest.approx(window, rel=1e-4)
 
 
 def test_public_names():
