@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.continuation import Point, at_parameter, first_point, trace
-from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, RestState, SolverError
 from ribbonfem.scene import Scene, SceneError
@@ -167,7 +166,7 @@ def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") ->
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None), nodes, clamp)
     problem = Statics(rod)
-    found = ramp_folds(problem, states.start_state(rod), rod.scene, default_steps(rod))
+    found = states.met_folds(rod.scene, nodes, clamp, None)
     if not found:
         raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
     top = found[0].point

@@ -9,6 +9,8 @@ reversal s -> L - s with r -> R - r.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -17,12 +19,13 @@ from scipy.linalg import eig_banded
 from scipy.optimize import brentq
 from scipy.special import j0
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation import Event, Steps, equilibrium
+from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene, SceneError
 
 from . import kernels
-from .problem import Statics
+from .problem import Statics, default_steps
 from .rod import Rod, RodState
 
 # heights and slips below this (in L) count as zero when a state is named
@@ -262,9 +265,23 @@ def start_state(rod: Rod) -> RodState:
     return _start_of(rod.scene.at_rest, rod.nodes, rod.clamp).copy()
 
 
+def met_folds(scene: Scene, nodes: int, clamp: str, steps: Steps | None) -> tuple[Event[RodState], ...]:
+    """`curves.ramp_folds` of a scene's rod; they are kept, since folds, normal forms and bounds all ask."""
+    # neither damping nor the size of the rate has a part in them
+    slow = replace(scene.at_rest, rate=math.copysign(1.0, scene.rate), stop=scene.stop)
+    return _met_folds(slow, nodes, clamp, steps)
+
+
+@lru_cache(maxsize=16)
+def _met_folds(scene: Scene, nodes: int, clamp: str, steps: Steps | None) -> tuple[Event[RodState], ...]:
+    rod = Rod(scene, nodes, clamp)
+    return ramp_folds(Statics(rod), start_state(rod), scene, default_steps(rod, steps))
+
+
 def forget() -> None:
-    """Forget the start states that are kept."""
+    """Forget the start states and folds that are kept."""
     _start_of.cache_clear()
+    _met_folds.cache_clear()
 
 
 @lru_cache(maxsize=16)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ribbonfem.continuation import Steps
-from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.curves import as_fold, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
-from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.delay import NormalForm, normal_form
 from ribbonfem.policy import verb
 from ribbonfem.results import Array, Branch, Fold
 from ribbonfem.scene import Scene
@@ -13,7 +13,7 @@ from ribbonfem.scene import Scene
 from . import plane
 from .problem import Statics, default_steps
 from .rod import Rod
-from .states import start_state
+from .states import met_folds, start_state
 
 
 @verb
@@ -36,9 +36,8 @@ def folds(
     PolicyError, SolverError
         For a policy value that cannot be; for a continuation that fails.
     """
-    rod = Rod(scene, nodes, clamp)
-    problem = Statics(rod)
-    found = ramp_folds(problem, start_state(rod), scene, default_steps(rod, steps))
+    problem = Statics(Rod(scene, nodes, clamp))
+    found = met_folds(scene, nodes, clamp, steps)
     of = {"model": "der", "scene": scene, "policy": {"nodes": nodes, "clamp": clamp}}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
@@ -51,8 +50,8 @@ def normal_forms(
 
     Parameters and errors as in `folds`.
     """
-    rod = Rod(scene, nodes, clamp)
-    return ramp_normal_forms(Statics(rod), start_state(rod), scene, default_steps(rod, steps))
+    problem = Statics(Rod(scene, nodes, clamp))
+    return tuple(normal_form(problem, fold) for fold in met_folds(scene, nodes, clamp, steps))
 
 
 @verb

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene, continuation, delay, elastica, quasilinear
-from ribbonfem.delay.curve import _outer
+from ribbonfem.delay.curve import _outer, universal_fit
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
 FREE = 2.338107410459767  # first zero of Ai(-x)
@@ -28,6 +28,13 @@ def test_universal_curve_limits():
     assert delay.universal(1e-6) - delay.universal(0.0) == pytest.approx(
         1e-5 * (delay.universal(0.1) - delay.universal(0.0)), rel=0.02
     )
+
+
+def test_the_series_of_the_universal_curve_is_the_curve():
+    damping = np.array([0.0, 1e-3, 0.07, 0.9, 1.1, 13.0, 170.0, 990.0, 1e3, 1.1e3, 1e7])
+    exact = np.array([delay.universal(float(value)) for value in damping])
+    assert universal_fit(damping) == pytest.approx(exact, rel=2e-7)
+    assert universal_fit(np.asarray(5e3)) == delay.universal(5e3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 1.5, 4.0])

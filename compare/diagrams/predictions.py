@@ -22,46 +22,44 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
 
 from compare.measures.branches import outward
 from compare.models import MODELS
 from ribbonfem import Branch, SolverError
-from ribbonfem.delay import NormalForm, lead, universal
+from ribbonfem.delay import NormalForm, lead
+from ribbonfem.delay.curve import universal_fit
 from ribbonfem.results import Array
 
 from .runs import Ground, mesh_of
 
 TYPE_1 = "type 1: the energy of the first snap reaches the pass to U-"
 TYPE_2 = "type 2: the delay at alpha_c1 reaches alpha_c2"
-_CURVE, _SCAN, _TABLE = 25, 120, 33
+_CURVE, _SCAN, _ESCAPE = 25, 120, 1e-5
+# delay (s) by rates and dampings
+Late = Callable[[Array, Array], Array]
 
 
-def late_by(form: NormalForm, rates: Array, dampings: Array) -> Callable[[float, float], float]:
-    """The leading order of the delay (s) by rate and damping, tabulated over the axes: to 1e-4 of it."""
-    taus = (form.product * np.array([rates[0], rates[-1]])) ** -0.2
-    friction = np.geomspace(0.9 * dampings[0] * taus.min(), 1.1 * dampings[-1] * taus.max(), _TABLE)
-    table = PchipInterpolator(np.log(friction), [math.log(universal(float(value))) for value in friction])
+def late_by(form: NormalForm) -> Late:
+    """The leading order of the delay (s) by rates and dampings."""
 
-    def late(rate: float, damping: float) -> float:
-        tau = float((form.product * rate) ** -0.2)
-        return tau * math.exp(float(table(math.log(damping * tau))))
+    def late(rate: Array, damping: Array) -> Array:
+        tau = (form.product * rate) ** -0.2
+        return np.asarray(tau * universal_fit(damping * tau))
 
     return late
 
 
-def _type_2(late: Callable[[float, float], float], window: float, rates: Array, dampings: Array) -> Array:
+def _type_2(late: Late, window: float, rates: Array, dampings: Array) -> Array:
     """Rate at which the delay equals the window between the folds, by damping; rows within the axes."""
-
-    def beyond(log_rate: float, damping: float) -> float:
-        rate = math.exp(log_rate)
-        return rate * late(rate, damping) - window
-
-    low, high = math.log(rates[0]), math.log(rates[-1])
-    found = []
-    for damping in np.geomspace(dampings[0], dampings[-1], _CURVE):
-        if beyond(low, damping) < 0.0 < beyond(high, damping):
-            found.append((math.exp(brentq(beyond, low, high, args=(damping,), xtol=1e-4)), float(damping)))
+    damping = np.geomspace(dampings[0], dampings[-1], _CURVE)
+    rate = np.geomspace(rates[0], rates[-1], _SCAN)
+    # the angle by which a ramp is late grows with its rate: as a power of it between two of these
+    beyond = np.log(rate * late(rate, damping[:, None]) / window)
+    found = [
+        (math.exp(np.interp(0.0, row, np.log(rate))), float(nu))
+        for row, nu in zip(beyond, damping, strict=True)
+        if row[0] < 0.0 < row[-1]
+    ]
     return np.array(found).reshape(-1, 2)
 
 
@@ -80,23 +78,23 @@ class Swing:
     """
 
     angle: float
-    late: Callable[[float, float], float]
+    late: Late
     lead: float
     energy: float
-    needed: Callable[[float], float]
+    needed: Callable[[Array], Array]
     period: float
 
-    def spare(self, rate: float, damping: float) -> float:
+    def spare(self, rate: Array, damping: Array) -> Array:
         """Logarithm of the energy at the pass over what it takes; infinite where the pass is gone."""
         there = self.late(rate, damping) - self.lead + 0.5 * self.period
         needed = self.needed(self.angle + rate * there)
-        if not needed > 0.0:
-            return math.inf
-        return math.log(self.energy / needed) - damping * self.period
+        there_is = needed > 0.0
+        ratio = self.energy / np.where(there_is, needed, self.energy)
+        return np.where(there_is, np.log(ratio) - damping * self.period, np.inf)
 
 
-def pass_of(branch: Branch) -> Callable[[float], float]:
-    """Energy of the saddle to U- over U+S- by angle, from the curve through U+S-.
+def pass_of(branch: Branch) -> Callable[[Array], Array]:
+    """Energy of the saddle to U- over U+S- by angles, from the curve through U+S-.
 
     NaN where there is none, and closer to their fold than the curve has points.
     """
@@ -110,12 +108,10 @@ def pass_of(branch: Branch) -> Callable[[float], float]:
     top, last = turns[0], turns[1] if len(turns) > 1 else len(angle) - 1
     well = PchipInterpolator(angle[: top + 1], energy[: top + 1], extrapolate=False)
     over = PchipInterpolator(angle[last:top:-1], energy[last:top:-1], extrapolate=False)
-    return lambda at: float(over(at) - well(at))
+    return lambda at: np.asarray(over(at) - well(at))
 
 
-def swing(
-    base: Ground, angle: float, late: Callable[[float, float], float], mesh: Mapping[str, Any]
-) -> Swing:
+def swing(base: Ground, angle: float, late: Late, mesh: Mapping[str, Any]) -> Swing:
     """The swing of a diagram's ribbon.
 
     Raises
@@ -126,26 +122,27 @@ def swing(
     model: Any = MODELS[base.model]
     well = replace(base.scene, start="U+S-", rate=1.0)
     needed = pass_of(model.equilibria(well, **mesh))
-    at = needed(angle)
+    at = float(needed(np.asarray(angle)))
     if not at > 0.0:
         raise SolverError(f"no pass from U+S- to U- at alpha_c1 = {angle:.6g}")
     energy = at + model.skipping_bound(base.scene, **mesh)
     period = 2.0 * math.pi / float(model.frequencies(well, count=1, **mesh)[0])
-    before = lead(model, base.scene, 0, "first snap", **mesh)[1].time
+    # to a thousandth of the period, at a third of the steps that the default takes
+    before = lead(model, base.scene, 0, "first snap", tolerance=_ESCAPE, **mesh)[1].time
     return Swing(angle, late, before, energy, needed, period)
 
 
 def _type_1(ribbon: Swing, rates: Array, dampings: Array) -> Array:
     """The largest damping at which the first swing still reaches the pass, by rate; rows within the axes."""
     scan = np.geomspace(dampings[-1], dampings[0], _SCAN)
+    rate = np.geomspace(rates[0], rates[-1], _CURVE)
     found = []
-    for rate in np.geomspace(rates[0], rates[-1], _CURVE):
-        spare = [ribbon.spare(float(rate), float(damping)) for damping in scan]
-        for k in range(_SCAN - 1):
-            if spare[k] <= 0.0 < spare[k + 1] < math.inf:
-                share = spare[k] / (spare[k] - spare[k + 1])
-                found.append((float(rate), float(scan[k] * (scan[k + 1] / scan[k]) ** share)))
-                break
+    for at, spare in zip(rate, ribbon.spare(rate[:, None], scan), strict=True):
+        ends = np.flatnonzero((spare[:-1] <= 0.0) & (spare[1:] > 0.0) & (spare[1:] < np.inf))
+        if len(ends):
+            k = ends[0]
+            share = spare[k] / (spare[k] - spare[k + 1])
+            found.append((float(at), float(scan[k] * (scan[k + 1] / scan[k]) ** share)))
     return np.array(found).reshape(-1, 2)
 
 
@@ -159,7 +156,7 @@ def predictions(base: Ground, rates: Array, dampings: Array) -> Mapping[str, Arr
     curves = {}
     try:
         form = model.normal_forms(base.scene, **mesh)[0]
-        late = late_by(form, rates, dampings)
+        late = late_by(form)
         curves[TYPE_2] = _type_2(late, window, rates, dampings)
         middle = replace(base.scene, damping=math.sqrt(dampings[0] * dampings[-1]))
         curves[TYPE_1] = _type_1(swing(replace(base, scene=middle), form.angle, late, mesh), rates, dampings)

@@ -159,12 +159,14 @@ def run_of(base: Ground, rate: float, damping: float) -> Sample:
         history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.policy)
     except SolverError as error:
         return Sample(rate, damping, "", None, None, str(error).splitlines()[0])
-    snaps = [None if found is None else found[1] for found in map(history.crossing, ("slope", "height"))]
     if selection:
-        shape = _shape(history, base.stable)
-        return Sample(rate, damping, shape, snaps[0], snaps[1], "the shape it comes to rest in")
-    found = classify(history, base.folds)
-    return Sample(rate, damping, found.kind, snaps[0], snaps[1], found.reason)
+        snaps, outcome = tuple(map(history.crossing, ("slope", "height"))), _shape(history, base.stable)
+        reason = "the shape it comes to rest in"
+    else:
+        found = classify(history, base.folds)
+        snaps, outcome, reason = (found.first, found.second), found.kind, found.reason
+    first, second = (None if snap is None else snap[1] for snap in snaps)
+    return Sample(rate, damping, outcome, first, second, reason)
 
 
 def samples_of(work: tuple[Ground, tuple[tuple[float, float], ...]]) -> tuple[Sample, ...]:

@@ -203,7 +203,8 @@ def _unstable(inertia: float, friction: float, gamma: float) -> tuple[float, flo
         along,
         (math.log(start), 0.0),
         [math.log(slow), start],
-        method="Radau",
+        # (it changes to stiff steps by itself: the slow solution draws all others to it)
+        method="LSODA",
         rtol=1e-10,
         atol=1e-11,
     )
