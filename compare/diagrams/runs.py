@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.measures.branches import both_folds, stable_at
 from compare.models import MODELS
 from ribbonfem import Fold, History, Scene, SolverError
 from ribbonfem.declared import defaults
@@ -81,41 +82,23 @@ def mesh_of(model: str, policy: Mapping[str, Any]) -> dict[str, Any]:
 def ground(scene: Scene, model: str, policy: Mapping[str, Any]) -> Ground:
     """The ground of a diagram: its folds, once.
 
-    alpha_c2 is the fold of U+S- itself, so that it does not hang on the curves being connected.
-
     Raises
     ------
     SceneError, SolverError
         If the ribbon has not both states, or no fold of one of them.
     """
     mesh = mesh_of(model, policy)
-    found = []
-    for start in ("U+S+", "U+S-"):
-        folds = MODELS[model].folds(replace(scene, start=start, rate=1.0, stop=None, hold=0.0), **mesh)
-        if not folds:
-            raise SolverError(f"{model}: no fold is met from {start} at {scene!r}")
-        found.append(folds[0])
     stable = () if scene.stop is None else _stable_at(scene, scene.stop, model, mesh)
-    return Ground(scene, model, dict(policy), (found[0], found[1]), stable)
+    return Ground(scene, model, dict(policy), both_folds(scene, model, mesh), stable)
 
 
 def _stable_at(
     scene: Scene, angle: float, model: str, mesh: Mapping[str, Any]
 ) -> tuple[tuple[str, float, float], ...]:
-    """Stable states at an angle: on the curve through U+S+ and its mirror image z -> -z, alpha -> -alpha."""
+    """Stable states at an angle, with their names: on the curve through U+S+ and its mirror image."""
     reach = max(1.5, 1.1 * abs(angle))
     curve = MODELS[model].equilibria(replace(scene, stop=None), span=(-reach, reach), **mesh)
-    found = []
-    for side in (1.0, -1.0):
-        away = np.asarray(curve.angle) - side * angle
-        for k in np.flatnonzero((away[:-1] * away[1:] <= 0.0) & curve.stable[:-1] & curve.stable[1:]):
-            share = away[k] / (away[k] - away[k + 1]) if away[k] != away[k + 1] else 0.0
-            height, slope = (
-                side * float((1.0 - share) * column[k] + share * column[k + 1])
-                for column in (curve.height, curve.slope)
-            )
-            found.append((name_by_signs(height, slope), height, slope))
-    return tuple(found)
+    return tuple((name_by_signs(*state), *state) for state in stable_at(curve, angle))
 
 
 def _hold(damping: float) -> float:

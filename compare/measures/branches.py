@@ -1,10 +1,15 @@
-"""Where a curve of equilibria goes from its start."""
+"""What a curve of equilibria says: where it goes, what is stable at an angle, where its two folds are."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
-from ribbonfem import Branch
+from compare.models import MODELS
+from ribbonfem import Branch, Fold, Scene, SolverError
 
 
 def outward(branch: Branch, sign: float = 1.0) -> slice:
@@ -15,3 +20,40 @@ def outward(branch: Branch, sign: float = 1.0) -> slice:
     first = int(np.flatnonzero(branch.angle == 0.0)[0])
     forth = first + 1 < len(branch) and sign * branch.angle[first + 1] > 0.0
     return slice(first, None) if forth else slice(first, None, -1)
+
+
+def stable_at(branch: Branch, angle: float) -> list[tuple[float, float]]:
+    """Heights and slopes of the stable states at an angle: on a curve, and on its mirror image.
+
+    The image under z -> -z has the angles -alpha: the curve through U+S+ gives U-S+ too.
+    """
+    found = []
+    for side in (1.0, -1.0):
+        away = np.asarray(branch.angle) - side * angle
+        for k in np.flatnonzero((away[:-1] * away[1:] <= 0.0) & branch.stable[:-1] & branch.stable[1:]):
+            share = away[k] / (away[k] - away[k + 1]) if away[k] != away[k + 1] else 0.0
+            height, slope = (
+                side * float((1.0 - share) * column[k] + share * column[k + 1])
+                for column in (branch.height, branch.slope)
+            )
+            found.append((height, slope))
+    return found
+
+
+def both_folds(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[Fold, Fold]:
+    """The folds of U+S+ and of U+S-, alpha_c1 and alpha_c2, of a scene's ribbon.
+
+    alpha_c2 is the fold of U+S- itself, so that it does not hang on the curves being connected.
+
+    Raises
+    ------
+    SceneError, SolverError
+        If the ribbon has not both states, or no fold of one of them.
+    """
+    found = []
+    for start in ("U+S+", "U+S-"):
+        folds = MODELS[model].folds(replace(scene, start=start, rate=1.0, stop=None, hold=0.0), **mesh)
+        if not folds:
+            raise SolverError(f"{model}: no fold is met from {start} at {scene!r}")
+        found.append(folds[0])
+    return found[0], found[1]

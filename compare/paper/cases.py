@@ -11,6 +11,7 @@ import numpy as np
 import der
 from compare.chooser.climb import SCATTER
 from compare.limits import edge_ratio, two_point
+from compare.measures.branches import both_folds
 from compare.models import MESH, MODELS, warm_up
 from ribbonfem import History, Scene, SolverError
 from ribbonfem.outcomes import classify
@@ -71,13 +72,8 @@ def one_run(case: Case, label: str, model: str, policy: dict[str, Any]) -> tuple
     """A run of a case under a policy, and its history; None where it failed."""
     module: Any = MODELS[model]
     mesh = {name: policy[name] for name in (MESH[model], "extensible") if name in policy}
-    # alpha_c2 as the fold of U+S- itself: it does not hang on the curves being connected
-    folds = tuple(
-        module.folds(Scene(compression=case.scene.compression, shear=case.scene.shear, start=start), **mesh)[
-            0
-        ]
-        for start in ("U+S+", "U+S-")
-    )
+    ribbon = Scene(compression=case.scene.compression, shear=case.scene.shear, start="U+S+")
+    folds = both_folds(ribbon, model, mesh)
     # of a fixed step, rows enough to find a crossing to a millionth
     every = max(1, int(2e-3 / policy.get("step", 1.0)))
     try:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from compare.limits import edge_ratio, of_folds
+from compare.measures.branches import stable_at
 from compare.paper.paths import Swept
 from compare.paper.planar import DRAWN
 from ribbonfem import Ribbon
@@ -183,13 +184,8 @@ def _both_stable(found: Figures) -> Verdict:
     if len(two.plain) < 2:
         return Verdict(NO, "no second fold")
     middle = 0.5 * (two.plain[0].angle + two.plain[1].angle)
-    curve = found.ribbons.paths.curve
-    heights = []
     # U-S+ at alpha is the mirror image of U+S+ at -alpha
-    for sign in (1.0, -1.0):
-        away = sign * curve.angle - middle
-        cross = (away[:-1] * away[1:] <= 0.0) & curve.stable[:-1] & curve.stable[1:]
-        heights += [sign * float(curve.height[k]) for k in np.flatnonzero(cross)]
+    heights = [height for height, _ in stable_at(found.ribbons.paths.curve, middle)]
     return Verdict(
         judged(any(z > 0.0 for z in heights) and any(z < 0.0 for z in heights)),
         f"at {middle:.3f} rad stable at z(1/2)/L = "
