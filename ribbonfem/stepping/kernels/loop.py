@@ -129,8 +129,6 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
     """The time loop of the models that have these verbs, compiled."""
     project, rescale, begin, stage, flows, error_of, reject, accept, measure, record = verbs
 
-    # not kept by itself: what is kept is the function of a model that calls it, and stands on both files
-    @njit(nogil=True, error_model="numpy", _nrt=False)
     def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.
 
@@ -259,4 +257,11 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 clock[PHASE] = 1.0
                 clock[KINK] = 1.0
 
-    return run
+    # Loops of one name and of arguments of one type would be one symbol to the linker, and the code of
+    # whichever was loaded first would serve both.
+    solver = getattr(stage, "py_func", stage)
+    run.__name__ = f"run_{solver.__name__}"
+    run.__qualname__ = f"{solver.__module__}.{run.__name__}"
+    # not kept by itself: what is kept is the function of a model that calls it, and stands on both files
+    compiled_loop: Callable[..., int] = njit(nogil=True, error_model="numpy", _nrt=False)(run)
+    return compiled_loop
