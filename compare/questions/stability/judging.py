@@ -43,7 +43,8 @@ MOVING = {RODS: der, KIRCHHOFF: kirchhoff, ELASTICA: elastica, QUASILINEAR: quas
 DEFAULTS = {name: str(defaults(model, "simulate")["method"]) for name, model in MOVING.items()}
 METHODS = {
     RODS: (DEFAULTS[RODS], *FIXED, "verlet"),
-    **{name: (DEFAULTS[name], *BEAM_FIXED) for name in (KIRCHHOFF, ELASTICA, QUASILINEAR)},
+    KIRCHHOFF: (DEFAULTS[KIRCHHOFF], *BEAM_FIXED, "discrete-gradient"),
+    **{name: (DEFAULTS[name], *BEAM_FIXED) for name in (ELASTICA, QUASILINEAR)},
 }
 ELEMENTS = {name: model for name, model in MOVING.items() if name != RODS}
 # of each what it takes besides: the Kirchhoff rod stretches as the rods do
