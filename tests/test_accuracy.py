@@ -6,13 +6,14 @@ import pytest
 
 import der
 from compare.__main__ import main as command
+from compare.measures import quantities
 from compare.questions.accuracy import question as accuracy
 from compare.questions.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
 from compare.questions.accuracy.fronts import Candidate, distance, front, ranking
 from compare.questions.accuracy.references import buckled, reference, small_slopes
 from compare.questions.registry import publish
 from compare.sweep import Sweep
-from ribbonfem import Scene, elastica, quasilinear
+from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")
 
@@ -190,3 +191,14 @@ def test_references_at_rest_confirm_each_other():
     assert found.verified
     assert max(found.checks.values()) < 1e-10
     assert abs(found.values["fold"][0] - 1.1230897421) < 1e-9
+
+
+@pytest.mark.parametrize("model", [der, kirchhoff])
+def test_a_timed_call_finds_nothing_kept(model):
+    """What a model keeps of an earlier call would make the second of two timed ones free."""
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-")
+    model.folds(scene)
+    kept = [f for f in vars(model.states).values() if hasattr(f, "cache_info")]
+    assert any(f.cache_info().currsize for f in kept)
+    quantities.forget(model.__name__.rpartition(".")[2])
+    assert not any(f.cache_info().currsize for f in kept)

@@ -250,6 +250,11 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
     return problem, Frames(kept.g.copy(), kept.force.copy())
 
 
+def forget() -> None:
+    """Forget the start states that are kept."""
+    _start_of.cache_clear()
+
+
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     scene.require_isolated()
