@@ -129,9 +129,9 @@ def simulate(
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
-    if method == "discrete-gradient" and step is None:
-        raise PolicyError(f"step = None: method = {method!r} has no estimate of its error and needs a step")
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
+    if control.method.mean and step is None:
+        raise PolicyError(f"step = None: method = {method!r} has no estimate of its error and needs a step")
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
