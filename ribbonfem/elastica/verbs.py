@@ -163,7 +163,8 @@ def simulate(
     elements: cubic elements, at least 4; errors fall as elements^-6.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
+        where no next state is found.
     tolerance: of the adaptive step, the local error of positions in L; 3e-6 if neither is given,
         which keeps the angle of a snap to some 5e-5 (`ribbonfem accuracy`).
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.

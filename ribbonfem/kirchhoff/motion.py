@@ -101,7 +101,8 @@ def simulate(
         which alone keeps the energy of undamped ringing, whatever the step (`kernels.conserving`).
         The others lose or gain it: velocities of their steps do not fit the constraint (an
         inextensible ribbon gains energy), and fast waves are damped.
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
+        where no next state is found.
     tolerance: of the adaptive step, the local error of positions in L, made smaller while the
         ribbon creeps (down to 0.01 of it); 3e-5 if neither is given.  A step that gains a
         thousandth of the energy from nowhere is halved too.

@@ -133,7 +133,8 @@ def simulate(
     scene: a planar scene with a `stop`.
     elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
     method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp.
+    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
+        where no next state is found.
     tolerance: of the adaptive step, the local error of positions in L; 1e-5 if neither is given.
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     until: "end", or "snap", soon after the height first changes sign.
