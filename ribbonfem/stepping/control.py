@@ -26,7 +26,7 @@ SMALLEST_STEP = 1e-10
 # rad; no adaptive step turns the clamp further
 LARGEST_TURN = 0.05
 
-# order in the step of every method, all of which have adaptive steps too
+# order in the step of the methods that beams and ribbons share, all of which have adaptive steps too
 ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
 ADAPTIVE = METHODS
 

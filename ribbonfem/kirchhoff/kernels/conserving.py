@@ -18,11 +18,11 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import ASSEMBLIES, SIGMA, Motion, Scratch
-from .condensed import factorise, solve
-from .newton import ANGLE, KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE
+from .arrays import SIGMA, Motion, Scratch
+from .condensed import solve
+from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .rotations import rotate, turn_between
-from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate, fill_element
+from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate
 
 # Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the
 # places of the rates of stages, t.stage_v[1] and t.stage_turning[1]: there are no stages here, and two more
@@ -160,17 +160,10 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
                 s.fr[i, c] *= 2.0
                 s.fp[i, c] *= 2.0
         if fresh:
-            for e in range(rod.weights.shape[0]):
-                fill_element(rod, s, e, t.stage_v[1], t.n, sigma, False)
-            factorise(s)
-            clock[SIGMA] = sigma
-            clock[ASSEMBLIES] += 1.0
+            make_factors(rod, s, t.stage_v[1], t.n, sigma, clock)
             made += 1
         solve(rod, s, sigma)
-        size = 0.0
-        for i in range(1, nodes - 1):
-            for c in range(3):
-                size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
+        size = size_of(s)
         # a comparison that NaN fails; max() may hide one in either argument
         good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
         if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
@@ -178,14 +171,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
             continue
         if not good or made > 8:
             break
-        for i in range(1, nodes - 1):
-            rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
-            for c in range(3):
-                t.x[i, c] += s.fr[i, c]
-        for e in range(rod.weights.shape[0]):
-            for k in range(P):
-                for c in range(3):
-                    t.n[e, k, c] += 0.5 * s.fn[e, k, c]
+        move(s, t, 0.5)
         left = size
         if before > 0.0:
             rate = min(0.9, size / before)

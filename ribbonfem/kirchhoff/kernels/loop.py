@@ -122,6 +122,17 @@ def _begin(model: Moving, clock: Array) -> None:
 
 
 @compiled(**OPTIONS)
+def _ready(
+    model: Moving, m: Scheme, clock: Array, i: int, h: float, at: float, angle: float
+) -> tuple[float, float, float]:
+    """What a stage knows, as `_known`, and its guesses, the clamp at its angle."""
+    b, f, ft = _known(m, model.motion, model.scratch, i, h)
+    guess(model.scratch, clock, at)
+    _set_clamp(model.scratch.g, angle)
+    return b, f, ft
+
+
+@compiled(**OPTIONS)
 def _stage(
     model: Moving,
     m: Scheme,
@@ -135,9 +146,7 @@ def _stage(
 ) -> int:
     """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.turning of the scratch t."""
     t, y = model.scratch, model.motion
-    b, f, ft = _known(m, y, t, i, h)
-    guess(t, clock, at)
-    _set_clamp(t.g, angle)
+    b, f, ft = _ready(model, m, clock, i, h, at, angle)
     used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
@@ -162,9 +171,7 @@ def _mean_stage(
 ) -> int:
     """Solve a step by the means of its forces, into the same places."""
     t, y = model.scratch, model.motion
-    b, _, _ = _known(m, y, t, i, h)
-    guess(t, clock, at)
-    _set_clamp(t.g, angle)
+    b, _, _ = _ready(model, m, clock, i, h, at, angle)
     used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)

@@ -50,6 +50,39 @@ def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None
 
 
 @compiled(**OPTIONS)
+def make_factors(rod: Rod, s: Solver, g: Array, n: Array, sigma: float, clock: Array) -> None:
+    """New factors of the tangent, and that they are for sigma."""
+    for e in range(rod.weights.shape[0]):
+        fill_element(rod, s, e, g, n, sigma, False)
+    factorise(s)
+    clock[SIGMA] = sigma
+    clock[ASSEMBLIES] += 1.0
+
+
+@compiled(**OPTIONS)
+def size_of(s: Solver) -> float:
+    """The largest increment of a position, or of a rotation counted as one."""
+    size = 0.0
+    for i in range(1, s.fr.shape[0] - 1):
+        for c in range(3):
+            size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
+    return size
+
+
+@compiled(**OPTIONS)
+def move(s: Solver, t: Scratch, part: float) -> None:
+    """Add the increments in s to t.x, t.g and, a part of them, to t.n."""
+    for i in range(1, s.fr.shape[0] - 1):
+        rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
+        for c in range(3):
+            t.x[i, c] += s.fr[i, c]
+    for e in range(s.fn.shape[0]):
+        for k in range(P):
+            for c in range(3):
+                t.n[e, k, c] += part * s.fn[e, k, c]
+
+
+@compiled(**OPTIONS)
 def newton(
     rod: Rod, s: Solver, t: Scratch, g0: Array, b: float, f: float, ft: float, ramp: Ramp, clock: Array
 ) -> int:
@@ -88,17 +121,10 @@ def newton(
                     t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
             _gyroscopic(rod, s, t.g, t.v, t.turning)
         if fresh:
-            for e in range(rod.weights.shape[0]):
-                fill_element(rod, s, e, t.g, t.n, sigma, False)
-            factorise(s)
-            clock[SIGMA] = sigma
-            clock[ASSEMBLIES] += 1.0
+            make_factors(rod, s, t.g, t.n, sigma, clock)
             made += 1
         solve(rod, s, sigma)
-        size = 0.0
-        for i in range(1, nodes - 1):
-            for c in range(3):
-                size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
+        size = size_of(s)
         # a comparison that NaN fails; max() may hide one in either argument
         good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
         if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
@@ -107,14 +133,7 @@ def newton(
             continue
         if not good or made > 8:
             break
-        for i in range(1, nodes - 1):
-            rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
-            for c in range(3):
-                t.x[i, c] += s.fr[i, c]
-        for e in range(rod.weights.shape[0]):
-            for k in range(P):
-                for c in range(3):
-                    t.n[e, k, c] += s.fn[e, k, c]
+        move(s, t, 1.0)
         left = size
         if before > 0.0:
             rate = min(0.9, size / before)
