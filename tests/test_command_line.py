@@ -227,7 +227,12 @@ def test_words_are_utf_8_whatever_the_locale(tmp_path, scene):
 def test_an_interrupt_is_one_line_and_keeps_what_is_finished(tmp_path):
     # far more runs than end between two looks at the folder, on any machine
     grid = ("--rates", "0.02:0.2:20", "--dampings", "0.3:3:20", "--nodes", "31", "--processes", "2")
-    process = command("skipping", *grid, "--out", tmp_path, "--quiet", start_new_session=True)
+    # a shell has its background jobs ignore interrupts, and their children would too
+    listening = {
+        "start_new_session": True,
+        "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    }
+    process = command("skipping", *grid, "--out", tmp_path, "--quiet", **listening)
     kept = tmp_path / ".finished" / "skipping"
     while process.poll() is None and len(list(kept.rglob("*.result"))) < 2:
         time.sleep(0.02)
