@@ -115,6 +115,38 @@ def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array
     return y
 
 
+@compiled(allocates=True)
+def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
+    """The factors of `factor_arrow` of band (n, w + 1), border and corner, which stay as they are."""
+    n, width = band.shape[0], band.shape[1] - 1
+    factors = np.zeros((n + width, width + 1))
+    for i in range(n):
+        # what a band holds beyond the matrix is no part of it
+        for d in range(min(width, n - 1 - i) + 1):
+            factors[i, d] = band[i, d]
+    rows, last = border.copy(), corner.copy()
+    negative = factor_arrow(factors, rows, last)
+    return factors, rows, last, negative
+
+
+@compiled(allocates=True)
+def solve_refined(
+    band: Array, border: Array, corner: Array, factors: Array, rows: Array, last: Array, right: Array
+) -> Array:
+    """The solution (n + k, m) for right-hand sides (n + k, m), with one step of refinement."""
+    x = right.copy()
+    solve_arrow(factors, rows, last, x)
+    rest = multiply_arrow(band, border, corner, x)
+    for r in range(x.shape[0]):
+        for c in range(x.shape[1]):
+            rest[r, c] = right[r, c] - rest[r, c]
+    solve_arrow(factors, rows, last, rest)
+    for r in range(x.shape[0]):
+        for c in range(x.shape[1]):
+            x[r, c] += rest[r, c]
+    return x
+
+
 class Arrow:
     """A factorised symmetric arrow matrix.
 
@@ -130,23 +162,13 @@ class Arrow:
     """
 
     def __init__(self, band: Array, border: Array | None = None, corner: Array | None = None) -> None:
-        n, width = band.shape[0], band.shape[1] - 1
-        self._border = np.zeros((0, n)) if border is None else border
-        k = len(self._border)
-        self._corner = np.zeros((k, k)) if corner is None else corner
-        self._band = band
-        factors = np.zeros((n + width, width + 1))
-        factors[:n] = band
-        for d in range(1, width + 1):
-            factors[n - d : n, d] = 0.0
-        self._factors = (factors, self._border.copy(), self._corner.copy())
-        self.negative = int(factor_arrow(*self._factors))
+        border = np.zeros((0, len(band))) if border is None else border
+        corner = np.zeros((len(border), len(border))) if corner is None else corner
+        *factors, negative = factored(band, border, corner)
+        self._parts = (band, border, corner, *factors)
+        self.negative = int(negative)
 
     def solve(self, right: Array) -> Array:
         """Solve for right-hand sides (n + k,) or (n + k, m), with one step of refinement."""
         b = np.ascontiguousarray(right.reshape(len(right), -1), dtype=np.float64)
-        x = b.copy()
-        solve_arrow(*self._factors, x)
-        rest = b - multiply_arrow(self._band, self._border, self._corner, x)
-        solve_arrow(*self._factors, rest)
-        return (x + rest).reshape(right.shape)
+        return np.asarray(solve_refined(*self._parts, b)).reshape(right.shape)

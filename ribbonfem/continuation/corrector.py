@@ -89,6 +89,8 @@ class Steps:
     newton: largest number of Newton iterations.
     tolerance: Newton stops when an increment is below it; convergence is quadratic, so that
         what is left is of the order of its square.
+    location: branch points are located to this part of the step that crosses them; folds, where
+        the parameter is stationary, to 1e-7 of it or to this part, whichever is larger.
     most: largest number of points on a curve.
     """
 
@@ -99,6 +101,7 @@ class Steps:
     correction: float = 0.25
     newton: int = 8
     tolerance: float = 1e-7
+    location: float = 1e-10
     most: int = 4000
 
     def __post_init__(self) -> None:
@@ -211,9 +214,11 @@ def tangent(
     return u / size, p / size
 
 
-def first_point(problem: Problem[State], state: State, parameter: float, sign: float) -> Point[State]:
+def first_point(
+    problem: Problem[State], state: State, parameter: float, sign: float, *, tolerance: float = 1e-9
+) -> Point[State]:
     """The point at an equilibrium, with the tangent along which the parameter moves with `sign`."""
-    state, line = equilibrium(problem, state, parameter)
+    state, line = equilibrium(problem, state, parameter, tolerance=tolerance)
     direction, rate = -line.solve(line.slope), 1.0
     size = np.copysign(norm(problem, direction, rate), sign)
     return Point(state, parameter, direction / size, rate / size, line.index, line)
@@ -256,20 +261,26 @@ def correct(
             else:
                 length = norm(problem, column, 1.0) * np.sign(corner - float(row @ column))
                 direction, rate = -column / length, float(1.0 / length)
-            end = Point(state, parameter, direction, rate, line.index, line, step, iteration)
-            return replace(end, bend=bend(problem, base, end, end)) if step else end
+            bent = bend(problem, base, direction, rate, step, (direction, rate)) if step else None
+            return Point(state, parameter, direction, rate, line.index, line, step, iteration, bent)
     raise NotConverged
 
 
 def bend(
-    problem: Problem[State], base: Point[State], end: Point[State], at: Point[State]
+    problem: Problem[State],
+    base: Point[State],
+    direction: Array,
+    rate: float,
+    step: float,
+    across: tuple[Array, float],
 ) -> tuple[Array, float]:
-    """Rate of change of the tangent from `base` to `end`, across the tangent `at` one of them."""
-    u, p = (end.direction - base.direction) / end.step, (end.rate - base.rate) / end.step
-    along = float(problem.weight @ (at.direction * u)) + problem.parameter_weight * at.rate * p
-    return u - along * at.direction, p - along * at.rate
+    """Rate of change of the tangent from `base` to (direction, rate), a step on, `across` one of the two."""
+    u, p = (direction - base.direction) / step, (rate - base.rate) / step
+    along = float(problem.weight @ (across[0] * u)) + problem.parameter_weight * across[1] * p
+    return u - along * across[0], p - along * across[1]
 
 
 def inside(problem: Problem[State], base: Point[State], end: Point[State]) -> Point[State]:
     """The point `base` with the bend of the step to `end`: the best predictor between the two."""
-    return replace(base, bend=bend(problem, base, end, base))
+    across = base.direction, base.rate
+    return replace(base, bend=bend(problem, base, end.direction, end.rate, end.step, across))

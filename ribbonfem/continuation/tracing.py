@@ -32,6 +32,11 @@ from .corrector import (
     tangent,
 )
 
+# at a given parameter Newton goes on to this part of its tolerance along the curve
+_EXACT = 0.01
+# what 1 - cos may be between the last two vectors of an inverse iteration
+_ALIGNED = 1e-15
+
 
 @dataclass(frozen=True)
 class Event(Generic[State]):
@@ -77,7 +82,7 @@ def at_parameter(
     if found is None:
         near = _between(problem, segment, target, steps, after)
         state = problem.advance(near.state, np.zeros_like(near.direction), target)
-        found = near, *equilibrium(problem, state, target)
+        found = near, *equilibrium(problem, state, target, tolerance=_EXACT * steps.tolerance)
     near, state, line = found
     try:
         direction, rate = tangent(problem, line, near.direction, near.rate)
@@ -85,7 +90,10 @@ def at_parameter(
         raise SolverError(
             f"the curve of equilibria has no tangent at parameter {target:.9g}: its factorisation broke down"
         ) from error
-    return Point(state, target, direction, rate, line.index, line, near.step, near.iterations)
+    # to second order in what was left to go: whether an event comes before is told by it
+    ahead = (target - near.parameter) / near.rate if near.rate else 0.0
+    step = near.step + ahead if abs(ahead) < 0.1 * segment.end.step else near.step
+    return Point(state, target, direction, rate, line.index, line, step, near.iterations)
 
 
 def _between(
@@ -133,7 +141,7 @@ def _near(
         if not abs(ahead) < 0.1 * length:
             return None
         state = problem.advance(near.state, near.direction * ahead, target)
-        return near, *equilibrium(problem, state, target, newton=4)
+        return near, *equilibrium(problem, state, target, newton=4, tolerance=_EXACT * steps.tolerance)
     except (NotConverged, SolverError):
         return None
 
@@ -151,7 +159,7 @@ def _fold(problem: Problem[State], base: Point[State], end: Point[State], steps:
             found[step] = correct(problem, base, step, steps, fresh=True)
         return found[step].rate
 
-    root = brentq(rate, 0.0, end.step, xtol=1e-7 * end.step, rtol=1e-12)
+    root = brentq(rate, 0.0, end.step, xtol=max(1e-7, steps.location) * end.step, rtol=1e-12)
     rate(root)
     point = found[root]
     return Event("fold", point, point.direction / norm(problem, point.direction, 0.0))
@@ -161,8 +169,11 @@ def _null_vector(line: Linearisation, weight: Array) -> Array:
     """Unit vector of the eigenvalue of J nearest to 0, by inverse iteration from a fixed start."""
     vector = np.cos(1.0 + np.arange(len(weight)) ** 1.5)
     for _ in range(12):
-        vector = line.solve(weight * vector)
+        last, vector = vector, line.solve(weight * vector)
         vector /= np.sqrt(weight @ vector**2)
+        # beside a small eigenvalue of either sign the others are gone at once
+        if 1.0 - abs(float((weight * last) @ vector)) < _ALIGNED:
+            break
     return vector
 
 
@@ -184,7 +195,7 @@ def _branch_point(
 
     if test(0.0) * test(end.step) > 0.0:
         return None
-    root = brentq(test, 0.0, end.step, xtol=1e-10 * end.step, rtol=1e-12)
+    root = brentq(test, 0.0, end.step, xtol=steps.location * end.step, rtol=1e-12)
     test(root)
     line = found[root].linearisation
     null = _null_vector(line, problem.weight)

@@ -13,7 +13,7 @@ in L, forces in EI2/L^2, energies in EI2/L.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -123,7 +123,7 @@ class Statics:
 
     def at(self, parameter: float) -> Clamps:
         """The clamps at a value of the parameter."""
-        return replace(self.clamps, **{self.vary: parameter})
+        return Clamps(**{**vars(self.clamps), self.vary: parameter})
 
     def buckled(self, compression: float) -> Frames:
         """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
