@@ -63,8 +63,9 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
     """The shears at which states of the scene's ribbon and compression fork at alpha = 0."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
+    steps = states.shear_steps(scene.compression)
     broken = merged = restored = None
-    for segment in states.unbroken(problem, limit):
+    for segment in states.unbroken(problem, limit, steps):
         for event in segment.events:
             if segment.end.index > segment.start.index and broken is None:
                 broken = event
@@ -72,7 +73,7 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
                 restored = event.point
         if restored is not None:
             break
-    fork = None if broken is None else states.fork_of(problem, broken, limit)
+    fork = None if broken is None else states.fork_of(problem, broken, limit, steps)
     if fork is not None and fork[1] is not None:
         lower = _unmerging(problem, states.merged(problem, fork[1], limit))
         merged = lower[-1] if lower else None
@@ -101,9 +102,10 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     """U+, U+S and S of the scene's ribbon and compression against the shear, from 0 to its limit."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
+    steps = states.shear_steps(scene.compression)
     u: list[Point[Frames]] = []
     event: Event[Frames] | None = None
-    for segment in states.unbroken(problem, limit):
+    for segment in states.unbroken(problem, limit, steps):
         u += [segment.end] if u else [segment.start, segment.end]
         if event is None and segment.events and segment.end.index > segment.start.index:
             event = segment.events[0]
@@ -112,7 +114,7 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
         return tuple(curves)
     us = [event.point]
     tip = None
-    for segment in states.forked(problem, event, limit):
+    for segment in states.forked(problem, event, limit, steps):
         tip = states.tip_of(problem, segment)
         us.append(segment.end if tip is None else tip)
     # at its two ends, the tips, a US state is neutral; it is stable up to them
@@ -120,7 +122,7 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     if tip is not None:
         first = states.merged(problem, tip, limit)
         up = first_point(problem, first.state, first.parameter, 1.0)
-        above = [s.end for s in trace(problem, up, (0.0, limit), states.shear_steps(scene.compression), 8)]
+        above = [s.end for s in trace(problem, up, (0.0, limit), steps, 8)]
         curves.append(_curve("S", problem, [*_unmerging(problem, first)[::-1], first, *above]))
     return tuple(curves)
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ribbonfem.continuation import (
     Event,
@@ -34,6 +35,8 @@ from .problem import Clamps, Frames, Statics
 
 # what counts as zero of heights (L) and slopes when a state is named
 _FLAT = 1e-7
+# elements of the mesh on which a start is first looked for
+_COARSE = 4
 _FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
 
 
@@ -79,7 +82,13 @@ def shear_steps(compression: float) -> Steps:
     return Steps(first=0.02 * limit, largest=0.1 * limit)
 
 
-def _beginning(problem: Statics, limit: float) -> Point[Frames]:
+def _strides(compression: float) -> Steps:
+    """Steps that lead to a guess at a state, and locate its fork no better than that needs."""
+    limit = np.sqrt(compression * (2.0 - compression))
+    return Steps(first=0.15 * limit, largest=0.15 * limit, turn=0.5, tolerance=3e-4, location=0.1)
+
+
+def _beginning(problem: Statics, limit: float, tolerance: float) -> Point[Frames]:
     """The first point of the curve of U+ in the shear: planar, or sheared if the rod is of one stiffness.
 
     Without shear such a rod turns freely about the x axis: that mode's eigenvalue is rounding, so that
@@ -89,7 +98,7 @@ def _beginning(problem: Statics, limit: float) -> Point[Frames]:
     compression = problem.clamps.compression
     start = problem.buckled(compression)
     if not problem.one_stiffness:
-        return first_point(problem, start, 0.0, 1.0)
+        return first_point(problem, start, 0.0, 1.0, tolerance=tolerance)
     lifted = problem.stiffened(1e-6)
     first = first_point(lifted, start, 0.0, 1.0)
     shear = min(0.02 * most_shear(compression), 0.5 * limit)
@@ -98,11 +107,10 @@ def _beginning(problem: Statics, limit: float) -> Point[Frames]:
     return first_point(problem, state, shear, 1.0)
 
 
-def unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
+def unbroken(problem: Statics, limit: float, steps: Steps) -> Iterator[Segment[Frames]]:
     """The curve of U+ in the shear, from `_beginning` to `limit`."""
-    compression = problem.clamps.compression
-    first = _beginning(problem, limit)
-    for segment in trace(problem, first, (-limit, limit), shear_steps(compression), unstable=8):
+    first = _beginning(problem, limit, 0.01 * steps.tolerance)
+    for segment in trace(problem, first, (-limit, limit), steps, unstable=8):
         yield segment
         if segment.end.parameter < 0.0:
             break
@@ -111,15 +119,14 @@ def unbroken(problem: Statics, limit: float) -> Iterator[Segment[Frames]]:
     # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to negative shears;
     # its mirror image goes on where US is looked for
     back = first_point(problem, sheared_back(segment.end.state), -segment.end.parameter, 1.0)
-    yield from trace(problem, back, (-limit, limit), shear_steps(compression), unstable=8)
+    yield from trace(problem, back, (-limit, limit), steps, unstable=8)
 
 
-def forked(problem: Statics, event: Event[Frames], limit: float) -> Iterator[Segment[Frames]]:
+def forked(problem: Statics, event: Event[Frames], limit: float, steps: Steps) -> Iterator[Segment[Frames]]:
     """The curve that forks from U at `event`, to the shear `limit` or past its tip, where z(1/2) = 0."""
     if event.point.parameter < 1e-6:
         # a fork at no shear is the free turning of a rod of one stiffness
         return
-    steps = shear_steps(problem.clamps.compression)
     amplitude, point = steps.first, None
     while point is None or point.parameter >= limit:
         # the fork is steep in the shear at first, so that little amplitude needs little shear
@@ -144,7 +151,7 @@ def tip_of(problem: Statics, segment: Segment[Frames]) -> Point[Frames] | None:
 
 
 def fork_of(
-    problem: Statics, event: Event[Frames], limit: float
+    problem: Statics, event: Event[Frames], limit: float, steps: Steps
 ) -> tuple[Point[Frames], Point[Frames] | None] | None:
     """Follow the states that fork from U at `event` towards the shear `limit`.
 
@@ -153,7 +160,7 @@ def fork_of(
     The state at `limit` and None, or the last one before the tip of the fork and the tip; None
     if the curve comes to neither.
     """
-    for segment in forked(problem, event, limit):
+    for segment in forked(problem, event, limit, steps):
         tip = tip_of(problem, segment)
         if tip is not None:
             return segment.start, tip
@@ -190,14 +197,15 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         return {"U": (state, max(line.index, int(problem.one_stiffness)))}
     found: dict[str, tuple[Frames, int]] = {}
     events: list[Event[Frames]] = []
-    for segment in unbroken(problem, shear):
+    steps = shear_steps(problem.clamps.compression)
+    for segment in unbroken(problem, shear, steps):
         events.extend(segment.events)
         if segment.last == "span":
             found["U"] = segment.end.state, segment.end.index
     for event in events:
         if event.kind != "branch point" or "US" in found or "S" in found:
             continue
-        fork = fork_of(problem, event, shear)
+        fork = fork_of(problem, event, shear, steps)
         if fork is None:
             continue
         point, tip = fork
@@ -206,7 +214,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
             continue
         point = merged(problem, tip, shear)
         if point.parameter < shear:
-            for segment in trace(problem, point, (-shear, shear), shear_steps(problem.clamps.compression), 8):
+            for segment in trace(problem, point, (-shear, shear), steps, 8):
                 point = segment.end
         if point.parameter == shear:
             found["S"] = point.state, point.index
@@ -255,9 +263,61 @@ def forget() -> None:
     _start_of.cache_clear()
 
 
+def _images(problem: Statics, state: Frames, shear: float) -> dict[str, Frames]:
+    """A state at alpha = 0 and a shear >= 0, and its images under the symmetries, by name."""
+    images = (state, mirrored(state), reversed_(state), mirrored(reversed_(state)))
+    return {name_of(problem, image, shear): image for image in images}
+
+
+def _roughly(scene: Scene, extensible: bool) -> tuple[Statics, Frames] | None:
+    """A guess at a scene's US state, by long steps on a coarse mesh; None if they do not lead there."""
+    problem, shear = in_shear(scene, _COARSE, extensible), abs(scene.shear)
+    steps = _strides(scene.compression)
+    try:
+        # not cut off at the shear: what is looked for lies before it
+        for segment in unbroken(problem, most_shear(scene.compression), steps):
+            for event in segment.events:
+                fork = fork_of(problem, event, shear, steps) if event.point.parameter < shear else None
+                if fork is None or fork[1] is not None:
+                    return None
+                images = _images(problem, fork[0].state, shear)
+                return (problem, images[scene.start]) if scene.start in images else None
+            if segment.end.parameter > shear:
+                return None
+    except SolverError:
+        pass
+    return None
+
+
+def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None:
+    """A scene's US state by way of `_roughly`, at a fraction of the work; None if that does not lead there.
+
+    What comes of the guess is taken only if it is stable and has the name asked for.
+    """
+    guess = _roughly(scene, extensible)
+    if guess is None:
+        return None
+    coarse, state = guess
+    clamps = Clamps(0.0, scene.compression, abs(scene.shear))
+    problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
+    g = CubicSpline(coarse.arclength, state.g)(problem.arclength)
+    try:
+        guessed = Frames(g / np.linalg.norm(g, axis=1)[:, None], state.force)
+        found, line = equilibrium(problem, guessed, 0.0, newton=6)
+    except SolverError:
+        return None
+    if line.index or name_of(problem, found, 0.0) != scene.start:
+        return None
+    return sheared_back(found) if scene.shear < 0.0 else found
+
+
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     scene.require_isolated()
+    if scene.start in _FAMILIES["US"]:
+        start = _from_coarse(scene, elements, extensible)
+        if start is not None:
+            return start
     sheared = in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
     found = families(sheared, shear)
@@ -270,14 +330,13 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
         )
     state = found[next(family for family, names in _FAMILIES.items() if scene.start in names)][0]
     # two symmetries reach every sign
-    images = [state, mirrored(state), reversed_(state), mirrored(reversed_(state))]
-    names = [name_of(sheared, image, shear) for image in images]
-    if scene.start not in names:
+    images = _images(sheared, state, shear)
+    if scene.start not in images:
         raise SceneError(
             f"Scene.start = {scene.start!r}: at compression = {scene.compression!r}, shear = {scene.shear!r} "
             f"the heights and slopes that tell the states apart are below {_FLAT:g}"
         )
-    state = images[names.index(scene.start)]
+    state = images[scene.start]
     if scene.shear < 0.0:
         state = sheared_back(state)
     clamps = Clamps(0.0, scene.compression, scene.shear)
