@@ -62,7 +62,7 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 # 1/t*^2; the lowest frequencies squared are some hundreds
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
-REST = 1e-3
+REST = 3e-3
 # part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
 # it does not resolve
 GAIN = 1e-3

@@ -300,10 +300,11 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
     coarse, state = guess
     clamps = Clamps(0.0, scene.compression, abs(scene.shear))
     problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
-    g = CubicSpline(coarse.arclength, state.g)(problem.arclength)
+    if elements != _COARSE:
+        g = CubicSpline(coarse.arclength, state.g)(problem.arclength)
+        state = Frames(g / np.linalg.norm(g, axis=1)[:, None], state.force)
     try:
-        guessed = Frames(g / np.linalg.norm(g, axis=1)[:, None], state.force)
-        found, line = equilibrium(problem, guessed, 0.0, newton=6)
+        found, line = equilibrium(problem, state, 0.0, newton=6)
     except SolverError:
         return None
     if line.index or name_of(problem, found, 0.0) != scene.start:

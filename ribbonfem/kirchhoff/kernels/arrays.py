@@ -13,8 +13,8 @@ from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 from .tangent import P, Rod, Solver
 
 # places in the clock behind those of the time loop
-SIGMA, ASSEMBLIES, POINTS, KNOWN, RATE = range(COMMON, COMMON + 5)
-CLOCK_SIZE = COMMON + 5
+SIGMA, ASSEMBLIES, POINTS, KNOWN, RATE, FORETOLD = range(COMMON, COMMON + 6)
+CLOCK_SIZE = COMMON + 6
 # a column of rows behind those of the time loop
 SLOPE = COLUMNS
 ROW_SIZE = COLUMNS + 1

@@ -16,7 +16,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import ASSEMBLIES, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
+from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
 from .condensed import factorise, solve
 from .consistent import tangents
 from .rotations import rotate, twist
@@ -29,6 +29,9 @@ KEEP = 0.4
 RESOLVED = 100.0
 # L; Newton tries no harder, and takes it for rounding if increments below the second do not fall
 SMALLEST_CHANGE, ROUNDING = 1e-15, 1e-11
+# The rate at which a first increment would fall is taken from the last stage: at least this, and to this
+# power, so that it grows from stage to stage until one is measured again.
+LEAST_RATE, AGEING = 1e-3, 0.8
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
 
@@ -134,10 +137,11 @@ def newton(
         if not good or made > 8:
             break
         move(s, t, 1.0)
-        left = size
         if before > 0.0:
             rate = min(0.9, size / before)
-            left = size * rate / (1.0 - rate)
+        elif made == 0:
+            rate = clock[FORETOLD]
+        left = size * rate / (1.0 - rate) if rate > 0.0 else size
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
             for i in range(1, nodes - 1):
                 t.x[i, 3] = twist(g0, t.g, i)
@@ -149,7 +153,9 @@ def newton(
                 for i in range(1, nodes - 1):
                     for c in range(3):
                         t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
-            clock[RATE] = rate
+            if before > 0.0:
+                clock[RATE] = rate
+            clock[FORETOLD] = min(0.9, max(rate, LEAST_RATE) ** AGEING)
             return iteration
         fresh = iteration > 1 and rate > 0.3
         before = size
