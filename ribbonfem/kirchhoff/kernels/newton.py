@@ -30,7 +30,8 @@ RESOLVED = 100.0
 # L; Newton tries no harder, and takes it for rounding if increments below the second do not fall
 SMALLEST_CHANGE, ROUNDING = 1e-15, 1e-11
 # The rate at which a first increment would fall is taken from the last stage: at least this, and to this
-# power, so that it grows from stage to stage until one is measured again.
+# power, so that it grows from stage to stage until one is measured again.  Not for fixed steps: what they
+# leave is to be that of the method.
 LEAST_RATE, AGEING = 1e-3, 0.8
 # an angle counts as a tenth of a length: the half width of the ribbon
 ANGLE = 0.1
@@ -139,7 +140,7 @@ def newton(
         move(s, t, 1.0)
         if before > 0.0:
             rate = min(0.9, size / before)
-        elif made == 0:
+        elif made == 0 and ramp.fixed == 0.0:
             rate = clock[FORETOLD]
         left = size * rate / (1.0 - rate) if rate > 0.0 else size
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
