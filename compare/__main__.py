@@ -131,7 +131,7 @@ def _overview() -> argparse.ArgumentParser:
         usage="ribbonfem COMMAND [options]",
         description="Snapping ribbons and beams: finite elements and discrete elastic rods, side by side.\n\n"
         "commands:\n" + "\n".join(lines),
-        epilog=f"ribbonfem COMMAND --help shows the options of a command. {STATUS}.",
+        epilog=f"ribbonfem COMMAND --help shows the options of a command. {STATUS} (run: 3 and 4 besides).",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=_version())

@@ -76,6 +76,10 @@ def read_scene(path: Path | str) -> Scene:
         raise SceneError(f"{shown(path)}: the path of a scene file is needed") from None
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileNotFoundError(
+            f"{path}: there is no such scene file (ribbonfem scenes writes some to start from)"
+        ) from None
     except (ValueError, RecursionError) as error:
         # of the syntax, the encoding, or numbers longer than Python reads
         raise SceneError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from error
