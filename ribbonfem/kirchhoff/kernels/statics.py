@@ -19,7 +19,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
 
-@compiled(allocates=True)
+@compiled()
 def point(
     q: Array,
     p: Array,
@@ -31,16 +31,16 @@ def point(
     hess: Array,
     tangent: Array,
     dt: Array,
+    work: Array,
 ) -> None:
     """Density of the Lagrangian at a Gauss point: derivatives in q and p.
 
     f = 1/2 sum_a stiff_a kappa_a^2 - n.t - soft/2 (n.t)^2.  Fills gq, gp (4,), hess (8, 8; blocks
-    qq, qp and pp), the tangent (3,) and dt (3, 4) = d tangent / dq.
+    qq, qp and pp), the tangent (3,) and dt (3, 4) = d tangent / dq; work (4, 4) is overwritten.
     """
     square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
     inverse = 1.0 / square
-    kq = np.empty(4)
-    kp = np.empty(4)
+    kq, kp, v, w = work[0], work[1], work[2], work[3]
     for r in range(4):
         gq[r] = 0.0
         gp[r] = 0.0
@@ -48,8 +48,6 @@ def point(
         for c in range(8):
             hess[r, c] = 0.0
     # kappa_a = 2 q.A_a p / |q|^2; v = A_a p and w = A_a^T q, its derivatives in q and p
-    v = np.empty(4)
-    w = np.empty(4)
     for a in range(3):
         i, j, k = a + 1, (a + 1) % 3 + 1, (a + 2) % 3 + 1
         # Im(conj(q) p)_i = q0 p_i - q_i p0 - q_j p_k + q_k p_j
@@ -176,7 +174,7 @@ def assemble(
     column[:] = 0.0
     q, p, gq, gp = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     hess, tangent, dt = np.empty((8, 8)), np.empty(3), np.empty((3, 4))
-    pulled = np.empty(4)
+    pulled, work = np.empty(4), np.empty((4, 4))
     block = np.empty((size, size, 4, 4))
     right = np.empty((size, 8, 4))
     gradient = np.empty((size, 4))
@@ -195,7 +193,7 @@ def assemble(
                 for r in range(4):
                     q[r] += value[k, i] * g[first + i, r]
                     p[r] += slope[e, k, i] * g[first + i, r]
-            point(q, p, force, stiff, soft, gq, gp, hess, tangent, dt)
+            point(q, p, force, stiff, soft, gq, gp, hess, tangent, dt, work)
             weight = weights[e, k]
             pull = 0.0
             for b in range(3):

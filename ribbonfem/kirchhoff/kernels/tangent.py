@@ -349,7 +349,7 @@ def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, 
             row[j] = 0.0
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
-        point(s.q, s.p, n[e, k], rod.stiff, rod.soft, s.gq, s.gp, s.hess, s.tangent, s.dt)
+        point(s.q, s.p, n[e, k], rod.stiff, rod.soft, s.gq, s.gp, s.hess, s.tangent, s.dt, s.product)
         _columns(s, rod, e, k, g)
         _fill_gap(rod, s, e, k, n[e, k], sigma, impulsive)
         if not impulsive:
