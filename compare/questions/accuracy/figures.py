@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from compare.face.style import figure
 from compare.measures.convergence import Convergence
@@ -97,6 +97,9 @@ def _draw_group(
     axes.set(
         xscale="log", yscale="log", title=_TITLES[group], xlabel="CPU seconds", ylabel="settled error (rad)"
     )
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", lw=0.3, color="0.85")
     axes.plot([], [], "*", ms=10, color="white", mec="black", mew=0.7, label="default")
     if len(methods) > 1:
