@@ -21,6 +21,8 @@ _MOVING_BEAM = _SCENES["dynamic-planar/0.40-rate0.1-nu1"]
 _MOVING_RIBBON = _SCENES["dynamic-ribbon/0.40-0.37-rate0.1-nu1"]
 _STEPS = (2e-2, 1e-2, 5e-3, 2.5e-3)
 _ROD_STEPS = (1e-2, 5e-3, 2.5e-3, 1.25e-3)
+# on shorter ones the elements' Newton shows through "esdirk4"
+_LONG_STEPS = (4e-2, 2e-2, 1e-2, 5e-3)
 # the same step on all meshes leaves their orders alone
 _BEAM_STEP = {"method": "newmark", "step": 2e-2}
 _ROD_STEP = {"method": "generalised-alpha", "step": 2e-2}
@@ -80,6 +82,24 @@ def _in_motion() -> list[Study]:
         Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
         Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
     ]
+    for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
+        stretching = {"extensible": True}
+        meshes = {"elements": (4, 6, 8, 10)}
+        found.append(
+            Study(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", meshes, _ROD_STEP | stretching)
+        )
+        found += [
+            Study(
+                group,
+                f"Kirchhoff, EA, {method}",
+                "kirchhoff",
+                scene,
+                "snap",
+                {"step": _LONG_STEPS if method == "esdirk4" else _STEPS},
+                {"elements": 4, "method": method} | stretching,
+            )
+            for method in DECLARED["kirchhoff"].methods
+        ]
     for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
         found += [
             Study(
