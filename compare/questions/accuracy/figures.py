@@ -41,6 +41,8 @@ _MARKERS = {
     "midpoint": "D",
     "discrete-gradient": "P",
 }
+# curves of a panel whose legend is set smaller, so that it is no taller than the panel
+_MANY = 16
 _TITLES = {
     "static-planar": "At rest, planar: fold",
     "static-ribbon": "At rest, ribbon: folds",
@@ -151,7 +153,12 @@ def _draw_studies(axes: Any, what: Sequence[tuple[Study, Convergence]], title: s
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", lw=0.3, color="0.85")
     axes.legend(
-        fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5), title="order observed", title_fontsize=7
+        fontsize=7 if len(what) < _MANY else 5.5,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        title="order observed",
+        title_fontsize=7,
+        labelspacing=0.5 if len(what) < _MANY else 0.25,
     )
 
 

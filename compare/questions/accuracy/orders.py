@@ -82,11 +82,22 @@ def _in_motion() -> list[Study]:
         Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
         Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
     ]
-    for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
+    # fine enough to show their order, and coarse enough to lie above what Newton leaves
+    for group, scene, meshes in (
+        (planar, _MOVING_BEAM, (4, 6, 8, 10)),
+        (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
+    ):
         stretching = {"extensible": True}
-        meshes = {"elements": (4, 6, 8, 10)}
         found.append(
-            Study(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", meshes, _ROD_STEP | stretching)
+            Study(
+                group,
+                "Kirchhoff, EA",
+                "kirchhoff",
+                scene,
+                "snap",
+                {"elements": meshes},
+                _ROD_STEP | stretching,
+            )
         )
         found += [
             Study(
