@@ -168,6 +168,7 @@ def _fold(problem: Problem[State], base: Point[State], end: Point[State], steps:
 def _null_vector(line: Linearisation, weight: Array) -> Array:
     """Unit vector of the eigenvalue of J nearest to 0, by inverse iteration from a fixed start."""
     vector = np.cos(1.0 + np.arange(len(weight)) ** 1.5)
+    vector /= np.sqrt(weight @ vector**2)
     for _ in range(12):
         last, vector = vector, line.solve(weight * vector)
         vector /= np.sqrt(weight @ vector**2)

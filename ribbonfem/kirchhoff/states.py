@@ -264,8 +264,11 @@ def forget() -> None:
 
 
 def _images(problem: Statics, state: Frames, shear: float) -> dict[str, Frames]:
-    """A state at alpha = 0 and a shear >= 0, and its images under the symmetries, by name."""
-    images = (state, mirrored(state), reversed_(state), mirrored(reversed_(state)))
+    """A state at alpha = 0 and a shear >= 0, and its images under the symmetries, by name.
+
+    The state itself comes last, so that it counts where an image has its name.
+    """
+    images = (mirrored(reversed_(state)), reversed_(state), mirrored(state), state)
     return {name_of(problem, image, shear): image for image in images}
 
 

@@ -154,7 +154,7 @@ def newton(
                 for i in range(1, nodes - 1):
                     for c in range(3):
                         t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
-            if before > 0.0:
+            if before > 0.0 or made > 0:
                 clock[RATE] = rate
             clock[FORETOLD] = min(0.9, max(rate, LEAST_RATE) ** AGEING)
             return iteration
