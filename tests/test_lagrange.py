@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis, BilinearForm, MeshLine, solve
 from skfem.helpers import dot, grad
 
-from ribbonfem.elements.lobatto import ElementLineLobatto, line_tables, lobatto_points
+from ribbonfem.elements.lobatto import ElementLineLobatto, interpolation, line_tables, lobatto_points
 
 
 @pytest.mark.parametrize("degree", [2, 3, 5, 6])
@@ -41,3 +41,13 @@ def test_element_works_in_scikit_fem_and_converges_with_its_degree():
         x = basis.global_coordinates()[0]
         errors.append(np.sqrt(np.sum((np.asarray(value) - np.cos(np.pi * x)) ** 2 * basis.dx)))
     assert 3.7 < np.log2(errors[0] / errors[1]) < 4.5
+
+
+@pytest.mark.parametrize(("coarse", "fine"), [(4, 12), (4, 10), (6, 4)])
+def test_interpolation_is_exact_for_what_the_coarse_mesh_can_be(coarse, fine):
+    """A polynomial of the elements' degree, and a kink at a node between two of them."""
+    degree = 5
+    here, there = line_tables(coarse, degree).nodes, line_tables(fine, degree).nodes
+    matrix = interpolation(coarse, fine, degree)
+    for field in (lambda s: 1.0 + s - 3.0 * s**5, lambda s: np.abs(s - 0.5) ** 3):
+        assert np.abs(matrix @ field(here) - field(there)).max() < 1e-13

@@ -120,3 +120,20 @@ def line_tables(elements: int, degree: int) -> LineTables:
         np.ascontiguousarray(slope),
         np.ascontiguousarray(partial),
     )
+
+
+@lru_cache(maxsize=32)
+def interpolation(coarse: int, fine: int, degree: int) -> Array:
+    """Values at the nodes of a mesh of `fine` elements by those at the nodes of one of `coarse`; kept.
+
+    (fine * degree + 1, coarse * degree + 1), exact for what the coarse mesh can be.
+    """
+    element = ElementLineLobatto(degree)
+    nodes = line_tables(fine, degree).nodes * coarse
+    within = np.minimum(np.floor(nodes).astype(int), coarse - 1)
+    matrix = np.zeros((len(nodes), coarse * degree + 1))
+    # scikit-fem's order: the two ends, then the inside
+    for i, place in enumerate((0, degree, *range(1, degree))):
+        matrix[np.arange(len(nodes)), within * degree + place] = element.lbasis((nodes - within)[None], i)[0]
+    matrix.flags.writeable = False
+    return matrix

@@ -15,7 +15,6 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ribbonfem.continuation import (
     Event,
@@ -28,6 +27,7 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
+from ribbonfem.elements.lobatto import interpolation
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
@@ -127,7 +127,7 @@ def forked(problem: Statics, event: Event[Frames], limit: float, steps: Steps) -
     if event.point.parameter < 1e-6:
         # a fork at no shear is the free turning of a rod of one stiffness
         return
-    amplitude, point = steps.first, None
+    amplitude, point = 0.5 * steps.first, None
     while point is None or point.parameter >= limit:
         # the fork is steep in the shear at first, so that little amplitude needs little shear
         if amplitude < 1e-6:
@@ -272,7 +272,7 @@ def _images(problem: Statics, state: Frames, shear: float) -> dict[str, Frames]:
     return {name_of(problem, image, shear): image for image in images}
 
 
-def _roughly(scene: Scene, extensible: bool) -> tuple[Statics, Frames] | None:
+def _roughly(scene: Scene, extensible: bool) -> Frames | None:
     """A guess at a scene's US state, by long steps on a coarse mesh; None if they do not lead there."""
     problem, shear = in_shear(scene, _COARSE, extensible), abs(scene.shear)
     steps = _strides(scene.compression)
@@ -283,8 +283,7 @@ def _roughly(scene: Scene, extensible: bool) -> tuple[Statics, Frames] | None:
                 fork = fork_of(problem, event, shear, steps) if event.point.parameter < shear else None
                 if fork is None or fork[1] is not None:
                     return None
-                images = _images(problem, fork[0].state, shear)
-                return (problem, images[scene.start]) if scene.start in images else None
+                return _images(problem, fork[0].state, shear).get(scene.start)
             if segment.end.parameter > shear:
                 return None
     except SolverError:
@@ -297,14 +296,13 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
 
     What comes of the guess is taken only if it is stable and has the name asked for.
     """
-    guess = _roughly(scene, extensible)
-    if guess is None:
+    state = _roughly(scene, extensible)
+    if state is None:
         return None
-    coarse, state = guess
     clamps = Clamps(0.0, scene.compression, abs(scene.shear))
     problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
     if elements != _COARSE:
-        g = CubicSpline(coarse.arclength, state.g)(problem.arclength)
+        g = interpolation(_COARSE, elements, problem.tables.degree) @ state.g
         state = Frames(g / np.linalg.norm(g, axis=1)[:, None], state.force)
     try:
         found, line = equilibrium(problem, state, 0.0, newton=6)
