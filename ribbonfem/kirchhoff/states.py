@@ -303,7 +303,10 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
     problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
     if elements != _COARSE:
         g = interpolation(_COARSE, elements, problem.tables.degree) @ state.g
-        state = Frames(g / np.linalg.norm(g, axis=1)[:, None], state.force)
+        g /= np.linalg.norm(g, axis=1)[:, None]
+        # Newton does not move what the clamps hold
+        g[[0, -1]] = state.g[[0, -1]]
+        state = Frames(g, state.force)
     try:
         found, line = equilibrium(problem, state, 0.0, newton=6)
     except SolverError:
