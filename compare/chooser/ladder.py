@@ -15,8 +15,9 @@ from ribbonfem import History, Ribbon, Scene, kirchhoff
 from .climb import SCATTER, Run, Settled, apart, endless, rattles, timed
 from .laws import ElementLaws
 
-# differences of rattling runs count this many times
-_RATTLE = 2.0
+# Differences of rattling runs count this many times, the larger of the last two: a ribbon that rattles snaps
+# at one vibration or another, and two runs may agree by chance.  Where there are but two, they count more.
+_RATTLE, _ALONE = 2.0, 20.0
 
 
 def covered(scene: Scene, laws: ElementLaws) -> bool:
@@ -49,6 +50,16 @@ def _closing(values: list[float | None]) -> bool:
         return False
     before, last = apart(recent[0], recent[1]), apart(recent[1], recent[2])
     return math.isfinite(last) and last <= 0.6 * before + 1e-9
+
+
+def _error(values: list[float | None], rattling: bool) -> float:
+    """How far the last of two or more values is from the limit, by what the rungs differ."""
+    moved = apart(values[-2], values[-1])
+    if not rattling:
+        return moved
+    if len(values) == 2:
+        return _ALONE * moved
+    return _RATTLE * max(moved, apart(values[-3], values[-2]))
 
 
 def elements(
@@ -85,7 +96,7 @@ def elements(
             return Settled(run.value, bound, False, tuple(runs), history)
         if len(values) > 1:
             moved = apart(values[-2], values[-1])
-            error = (_RATTLE if rattling else 1.0) * moved
+            error = _error(values, rattling)
             if error <= tolerance:
                 return Settled(values[-1], error, False, tuple(runs), history)
             lost = rattling and len(values) > 2 and not _closing(values) and moved > 4.0 * tolerance
