@@ -111,6 +111,11 @@ class Steps:
             else:
                 object.__setattr__(self, name, positive(f"Steps.{name}", value))
 
+    @property
+    def exact(self) -> float:
+        """The tolerance of Newton at a given parameter: a hundredth of that along the curve."""
+        return 0.01 * self.tolerance
+
 
 def _steps(name: str, value: object) -> Steps | None:
     """Return `value` if it is `Steps` or None."""

@@ -32,8 +32,6 @@ from .corrector import (
     tangent,
 )
 
-# at a given parameter Newton goes on to this part of its tolerance along the curve
-_EXACT = 0.01
 # what 1 - cos may be between the last two vectors of an inverse iteration
 _ALIGNED = 1e-15
 
@@ -82,7 +80,7 @@ def at_parameter(
     if found is None:
         near = _between(problem, segment, target, steps, after)
         state = problem.advance(near.state, np.zeros_like(near.direction), target)
-        found = near, *equilibrium(problem, state, target, tolerance=_EXACT * steps.tolerance)
+        found = near, *equilibrium(problem, state, target, tolerance=steps.exact)
     near, state, line = found
     try:
         direction, rate = tangent(problem, line, near.direction, near.rate)
@@ -141,7 +139,7 @@ def _near(
         if not abs(ahead) < 0.1 * length:
             return None
         state = problem.advance(near.state, near.direction * ahead, target)
-        return near, *equilibrium(problem, state, target, newton=4, tolerance=_EXACT * steps.tolerance)
+        return near, *equilibrium(problem, state, target, newton=4, tolerance=steps.exact)
     except (NotConverged, SolverError):
         return None
 

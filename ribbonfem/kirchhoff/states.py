@@ -71,20 +71,25 @@ def name_of(problem: Statics, state: Frames, parameter: float) -> str:
     return u + ("S+" if position[0] > half else "S-")
 
 
+def _taut(compression: float) -> float:
+    """The shear at which the chord is as long as the ribbon."""
+    return float(np.sqrt(compression * (2.0 - compression)))
+
+
 def most_shear(compression: float) -> float:
     """A shear short of the one at which the chord is as long as the ribbon and the force infinite."""
-    return 0.98 * float(np.sqrt(compression * (2.0 - compression)))
+    return 0.98 * _taut(compression)
 
 
 def shear_steps(compression: float) -> Steps:
     """Steps that are short against the range of feasible shears."""
-    limit = np.sqrt(compression * (2.0 - compression))
+    limit = _taut(compression)
     return Steps(first=0.02 * limit, largest=0.1 * limit)
 
 
 def _strides(compression: float) -> Steps:
     """Steps that lead to a guess at a state, and locate its fork no better than that needs."""
-    limit = np.sqrt(compression * (2.0 - compression))
+    limit = _taut(compression)
     return Steps(first=0.15 * limit, largest=0.15 * limit, turn=0.5, tolerance=3e-4, location=0.1)
 
 
@@ -109,7 +114,7 @@ def _beginning(problem: Statics, limit: float, tolerance: float) -> Point[Frames
 
 def unbroken(problem: Statics, limit: float, steps: Steps) -> Iterator[Segment[Frames]]:
     """The curve of U+ in the shear, from `_beginning` to `limit`."""
-    first = _beginning(problem, limit, 0.01 * steps.tolerance)
+    first = _beginning(problem, limit, steps.exact)
     for segment in trace(problem, first, (-limit, limit), steps, unstable=8):
         yield segment
         if segment.end.parameter < 0.0:
@@ -235,6 +240,12 @@ def in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
     return Statics(scene.ribbon, clamps, "shear", elements=elements, extensible=extensible)
 
 
+def _in_angle(scene: Scene, elements: int, extensible: bool) -> Statics:
+    """The equations in alpha of a scene's ribbon at its compression and shear."""
+    clamps = Clamps(0.0, scene.compression, scene.shear)
+    return Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
+
+
 def stable(scene: Scene, *, elements: int, extensible: bool) -> tuple[str, ...]:
     """Names of the states that are stable at alpha = 0."""
     if not scene.isolated:
@@ -253,9 +264,7 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
         If it is not a stable equilibrium there; the message names those that are.
     """
     kept = _start_of(scene.at_rest, elements, extensible)
-    clamps = Clamps(0.0, scene.compression, scene.shear)
-    problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
-    return problem, Frames(kept.g.copy(), kept.force.copy())
+    return _in_angle(scene, elements, extensible), Frames(kept.g.copy(), kept.force.copy())
 
 
 def forget() -> None:
@@ -299,8 +308,9 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
     state = _roughly(scene, extensible)
     if state is None:
         return None
-    clamps = Clamps(0.0, scene.compression, abs(scene.shear))
-    problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
+    if scene.shear < 0.0:
+        state = sheared_back(state)
+    problem = _in_angle(scene, elements, extensible)
     if elements != _COARSE:
         g = interpolation(_COARSE, elements, problem.tables.degree) @ state.g
         g /= np.linalg.norm(g, axis=1)[:, None]
@@ -311,9 +321,7 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
         found, line = equilibrium(problem, state, 0.0, newton=6)
     except SolverError:
         return None
-    if line.index or name_of(problem, found, 0.0) != scene.start:
-        return None
-    return sheared_back(found) if scene.shear < 0.0 else found
+    return found if line.index == 0 and name_of(problem, found, 0.0) == scene.start else None
 
 
 @lru_cache(maxsize=16)
@@ -344,9 +352,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     state = images[scene.start]
     if scene.shear < 0.0:
         state = sheared_back(state)
-    clamps = Clamps(0.0, scene.compression, scene.shear)
-    problem = Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
-    return equilibrium(problem, state, 0.0)[0]
+    return equilibrium(_in_angle(scene, elements, extensible), state, 0.0)[0]
 
 
 def landing(
