@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from compare.measures.branches import both_folds, stable_at
+from compare.measures.quantities import require_policy
 from compare.models import MODELS
 from ribbonfem import Fold, History, Scene, SolverError
 from ribbonfem.declared import defaults
 from ribbonfem.outcomes import classify, name_by_signs
+from ribbonfem.policy import PolicyError
 from ribbonfem.results import MESH
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
@@ -71,6 +73,16 @@ class Sample:
     first: float | None
     second: float | None
     reason: str
+
+
+def require_runs(model: str, policy: Mapping[str, Any]) -> None:
+    """Refuse keywords that a model's `simulate` does not take, before anything is run."""
+    try:
+        require_policy(model, "simulate", policy)
+    except PolicyError as error:
+        raise PolicyError(
+            f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"
+        ) from None
 
 
 def mesh_of(model: str, policy: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from compare.measures.quantities import require_policy
 from compare.models import MODELS, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, SceneError
@@ -19,7 +18,7 @@ from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
 from .edges import Boundary, Line, search
 from .predictions import predictions
 from .record import Diagram, Failed
-from .runs import Ground, Sample, cost_of, ground, samples_of
+from .runs import Ground, Sample, cost_of, ground, require_runs, samples_of
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
 
 SAMPLES = 24
@@ -42,16 +41,6 @@ def _axis(name: str, value: object) -> tuple[np.ndarray[Any, np.dtype[np.float64
         raise PolicyError(f"{name} = {value!r}: low must be below high")
     span = math.log(high / low)
     return low * np.exp(span * np.arange(count) / (count - 1)), span / (count - 1)
-
-
-def _check(model: str, policy: Mapping[str, Any]) -> None:
-    """Refuse keywords that are neither of a model's `simulate` nor of a diagram, before anything is run."""
-    try:
-        require_policy(model, "simulate", policy)
-    except PolicyError as error:
-        raise PolicyError(
-            f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"
-        ) from None
 
 
 def _first_round(base: Ground, rates: Any, dampings: Any, points: Any, count: int, sweep: Sweep) -> Cells:
@@ -117,7 +106,7 @@ def _diagram(
     policy: Mapping[str, Any],
 ) -> Diagram:
     choice("model", model, ("der", "kirchhoff"))
-    _check(model, policy)
+    require_runs(model, policy)
     whole_number("samples", samples, 1, 4096)
     whole_number("seed", seed, 0)
     flag("boundaries", boundaries)

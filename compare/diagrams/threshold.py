@@ -15,7 +15,7 @@ from ribbonfem.policy import PolicyError, choice, positive, whole_number
 from ribbonfem.values import Value
 
 from .edges import Line, search
-from .runs import SELECTION, SKIPPING, ground, run_of
+from .runs import SELECTION, SKIPPING, ground, require_runs, run_of
 
 VARIED = ("rate", "damping", "compression", "shear", "stop")
 # meshes that follow each other: rods with half the edge, elements by a third more; the first are the default
@@ -238,6 +238,7 @@ def threshold(
     """
     low, high = _checked(scene, outcome, vary, between, tolerance)
     choice("model", model, tuple(_MESHES))
+    require_runs(model, policy)
     given = policy.pop(MESH[model], None)
     meshes = _MESHES[model] if given is None else (whole_number(MESH[model], given, 4),)
     trial = Trial(scene, vary, low, model, policy, outcome in SELECTION)
