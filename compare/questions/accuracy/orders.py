@@ -66,6 +66,20 @@ def _at_rest() -> list[Study]:
     ]
 
 
+def _in_step(
+    group: str,
+    label: str,
+    model: str,
+    scene: Scene,
+    method: str,
+    steps: tuple[float, ...],
+    policy: Mapping[str, Any],
+) -> Study:
+    """The order of a method in its step, by the snap."""
+    name, over = f"{label}, {method}", {"step": steps}
+    return Study(group, name, model, scene, "snap", over, {**policy, "method": method})
+
+
 def _in_motion() -> list[Study]:
     planar, ribbon = "dynamic-planar", "dynamic-ribbon"
     nodes, finer = {"nodes": (51, 101, 201)}, {"nodes": (101, 201, 401)}
@@ -82,60 +96,36 @@ def _in_motion() -> list[Study]:
         Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
         Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
     ]
+    stretching = {"extensible": True}
     # fine enough to show their order, and coarse enough to lie above what Newton leaves
     for group, scene, meshes in (
         (planar, _MOVING_BEAM, (4, 6, 8, 10)),
         (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
     ):
-        stretching = {"extensible": True}
-        found.append(
-            Study(
+        over, policy = {"elements": meshes}, _ROD_STEP | stretching
+        found.append(Study(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
+        found += [
+            _in_step(
                 group,
                 "Kirchhoff, EA",
                 "kirchhoff",
                 scene,
-                "snap",
-                {"elements": meshes},
-                _ROD_STEP | stretching,
-            )
-        )
-        found += [
-            Study(
-                group,
-                f"Kirchhoff, EA, {method}",
-                "kirchhoff",
-                scene,
-                "snap",
-                {"step": _LONG_STEPS if method == "esdirk4" else _STEPS},
-                {"elements": 4, "method": method} | stretching,
+                method,
+                _LONG_STEPS if method == "esdirk4" else _STEPS,
+                {"elements": 4} | stretching,
             )
             for method in DECLARED["kirchhoff"].methods
         ]
     for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
         found += [
-            Study(
-                planar,
-                f"{label}, {method}",
-                model,
-                _MOVING_BEAM,
-                "snap",
-                {"step": _STEPS},
-                {"elements": elements, "method": method},
-            )
+            _in_step(planar, label, model, _MOVING_BEAM, method, _STEPS, {"elements": elements})
             for method in DECLARED["elastica"].methods
         ]
+    # an iteration stopped early leaves an error that does not fall with the step
+    exact = {"nodes": 26, "newton_tolerance": 1e-11}
     for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
         found += [
-            Study(
-                group,
-                f"DER, {method}",
-                "der",
-                scene,
-                "snap",
-                {"step": _ROD_STEPS},
-                # an iteration stopped early leaves an error that does not fall with the step
-                {"nodes": 26, "method": method, "newton_tolerance": 1e-11},
-            )
+            _in_step(group, "DER", "der", scene, method, _ROD_STEPS, exact)
             for method in DECLARED["der"].methods
             if method != "verlet"
         ]
