@@ -209,6 +209,9 @@ def test_threshold_of_type_2_in_the_limit_of_the_mesh():
         (lambda: threshold(Scene(), "type 3"), "outcome"),
         (lambda: threshold(Scene(), "U+S-"), "Scene.stop"),
         (lambda: threshold(replace(Scene(), start="U+S-")), "Scene.start"),
+        # of a sweep, and said where it belongs
+        (lambda: skipping_diagram(0.4, 0.4, processes=1), "processes = 1: .* are of sweep"),
+        (lambda: threshold(Scene(), processes=1), "processes = 1: .* are of sweep"),
     ],
 )
 def test_what_cannot_be_is_named(call, named):
