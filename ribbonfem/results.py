@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .crossings import apart, root
 from .scene import Scene, as_number, shown
 from .values import Frozen, Value, html_table, short_policy, some_rows
 
@@ -255,8 +256,8 @@ class History(Value):
         k = int(departed[0] + beyond[0])
         if values[k] == 0.0:
             return float(self.time[k]), float(self.angle[k])
-        rows = _apart(self.time, k)
-        time = _cubic_root(self.time[rows], values[rows], float(self.time[k - 1]), float(self.time[k]))
+        rows = apart(self.time, k)
+        time = root(self.time[rows], values[rows], float(self.time[k - 1]), float(self.time[k]))
         return time, float(np.interp(time, self.time, self.angle))
 
 
@@ -301,41 +302,3 @@ class RestState(Value):
             f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
             f"energy {self.energy:.6g} EI2/L, index {self.index})"
         )
-
-
-def _apart(time: Array, k: int) -> NDArray[np.int64]:
-    """Two rows before the k-th and two from it on, leaving out those much closer than k - 1 and k are."""
-    least = 1e-3 * (time[k] - time[k - 1])
-    rows = [k - 1, k]
-    if k >= 2 and time[k - 1] - time[k - 2] > least:
-        rows.insert(0, k - 2)
-    if k + 1 < len(time) and time[k + 1] - time[k] > least:
-        rows.append(k + 1)
-    return np.array(rows)
-
-
-def _cubic_root(x: Array, y: Array, low: float, high: float) -> float:
-    """Root in [low, high] of the polynomial through the points (x, y), by bisection on its Newton form."""
-    x0, scale = float(x[0]), float(x[-1] - x[0])
-    nodes = (x - x0) / scale
-    coefficients = y.copy()
-    for order in range(1, len(nodes)):
-        coefficients[order:] = (coefficients[order:] - coefficients[order - 1 : -1]) / (
-            nodes[order:] - nodes[:-order]
-        )
-
-    def value(t: float) -> float:
-        result = coefficients[-1]
-        for c, node in zip(coefficients[-2::-1], nodes[-2::-1], strict=True):
-            result = result * (t - node) + c
-        return float(result)
-
-    a, b = (low - x0) / scale, (high - x0) / scale
-    sign = value(a) > 0.0
-    for _ in range(60):
-        middle = 0.5 * (a + b)
-        if (value(middle) > 0.0) == sign:
-            a = middle
-        else:
-            b = middle
-    return x0 + scale * 0.5 * (a + b)
