@@ -49,6 +49,8 @@ METHODS = MappingProxyType(
 # order of convergence in the step
 ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
+# methods whose velocities ring from step to step, along the ribbon: they are those of no motion
+RINGING = (kernels.NEWMARK, kernels.MIDPOINT, kernels.DISCRETE_GRADIENT)
 # methods with an estimate of their local error
 ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
@@ -307,13 +309,14 @@ class Loop:
         """The rows so far as a `History` from the loop's time `began`."""
         rows, *configurations = map(handed_over, self._in_seconds(scene, began))
         clock = self.clock
-        time, angle, height, slope, *energies, load = rows.T
+        time, angle, height, slope, *energies, load, velocity = rows.T
         return History(
             time=time,
             angle=angle,
             height=height,
             slope=slope,
             load=load,
+            velocity=velocity,
             arclength=np.array(self.rod.arclength),
             energies=dict(zip(("kinetic", "elastic", "dissipated", "work"), energies, strict=True)),
             configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
@@ -332,5 +335,9 @@ class Loop:
     def _in_seconds(self, scene: Scene, began: float) -> list[Array]:
         arrays = self.rows.taken()
         arrays[0][:, kernels.ROW_TIME] -= began
-        arrays[0][:, kernels.ROW_TIME] *= scene.ribbon.inertial_time
+        second = scene.ribbon.inertial_time
+        arrays[0][:, kernels.ROW_TIME] *= second
+        arrays[0][:, kernels.ROW_VELOCITY] /= second
+        if self.policy.method in RINGING:
+            arrays[0][:, kernels.ROW_VELOCITY] = np.nan
         return arrays

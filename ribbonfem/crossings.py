@@ -7,40 +7,86 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# a neighbouring row closer than this part of the interval is left out: its differences are rounding
+LEAST = 1e-3
 
-def apart(time: Array, k: int) -> NDArray[np.int64]:
+
+def root(
+    time: Array, values: Array, k: int, rates: Array | None = None, kinks: tuple[int, ...] = ()
+) -> float:
+    """The instant between rows k - 1 and k at which `values` are 0.
+
+    Parameters
+    ----------
+    time, values: (rows,), of which k - 1 and k lie on both sides of 0.
+    rates: (rows,), d(values)/d(time), if they are known.
+    kinks: rows at which they jump; those given are of the instant before.
+
+    Notes
+    -----
+    On the polynomial through the rows k - 2, k - 1 and k with their rates, of degree 5: steps of an accurate
+    method are so long that a cubic through four rows would be off by ten times what the method is.  Where
+    there are no rates it is that cubic.  Behind a kink nothing of what is before it is used but its value.
+    """
+    if rates is None or not np.isfinite(rates[max(k - 2, 0) : k + 1]).all():
+        rows = _around(time, k)
+        return _bisected(*_newton(time[rows], values[rows]), float(time[k - 1]), float(time[k]))
+    rows = [k - 1, k]
+    if k - 1 not in kinks:
+        if k >= 2 and time[k - 1] - time[k - 2] > LEAST * (time[k] - time[k - 1]):
+            rows.insert(0, k - 2)
+    elif k + 1 < len(time) and k not in kinks:
+        rows.append(k + 1)
+    nodes, points, slopes = [], [], []
+    for row in rows:
+        # twice where its rate is of this side
+        for _ in range(1 if row == k - 1 and row in kinks else 2):
+            nodes.append(time[row])
+            points.append(values[row])
+            slopes.append(rates[row])
+    polynomial = _newton(np.array(nodes), np.array(points), np.array(slopes))
+    return _bisected(*polynomial, float(time[k - 1]), float(time[k]))
+
+
+def _around(time: Array, k: int) -> list[int]:
     """Two rows before the k-th and two from it on, leaving out those much closer than k - 1 and k are."""
-    least = 1e-3 * (time[k] - time[k - 1])
+    least = LEAST * (time[k] - time[k - 1])
     rows = [k - 1, k]
     if k >= 2 and time[k - 1] - time[k - 2] > least:
         rows.insert(0, k - 2)
     if k + 1 < len(time) and time[k + 1] - time[k] > least:
         rows.append(k + 1)
-    return np.array(rows)
+    return rows
 
 
-def root(x: Array, y: Array, low: float, high: float) -> float:
-    """Root in [low, high] of the polynomial through the points (x, y), by bisection on its Newton form."""
-    x0, scale = float(x[0]), float(x[-1] - x[0])
-    nodes = (x - x0) / scale
-    coefficients = y.copy()
-    for order in range(1, len(nodes)):
-        coefficients[order:] = (coefficients[order:] - coefficients[order - 1 : -1]) / (
-            nodes[order:] - nodes[:-order]
-        )
+def _newton(x: Array, y: Array, slopes: Array | None = None) -> tuple[Array, Array]:
+    """Nodes and divided differences of the polynomial through (x, y); a repeated node takes the slope too."""
+    differences = np.array(y, dtype=float)
+    for order in range(1, len(x)):
+        gaps = x[order:] - x[:-order]
+        rise = differences[order:] - differences[order - 1 : -1]
+        if order == 1 and slopes is not None:
+            same = gaps == 0.0
+            differences[order:] = np.where(same, slopes[1:], rise / np.where(same, 1.0, gaps))
+        else:
+            differences[order:] = rise / gaps
+    return x, differences
+
+
+def _bisected(nodes: Array, differences: Array, low: float, high: float) -> float:
+    """Root in [low, high] of a polynomial in Newton's form."""
 
     def value(t: float) -> float:
-        result = coefficients[-1]
-        for c, node in zip(coefficients[-2::-1], nodes[-2::-1], strict=True):
+        result = differences[-1]
+        for c, node in zip(differences[-2::-1], nodes[-2::-1], strict=True):
             result = result * (t - node) + c
         return float(result)
 
-    a, b = (low - x0) / scale, (high - x0) / scale
-    sign = value(a) > 0.0
+    sign = value(low) > 0.0
     for _ in range(60):
-        middle = 0.5 * (a + b)
+        middle = 0.5 * (low + high)
         if (value(middle) > 0.0) == sign:
-            a = middle
+            low = middle
         else:
-            b = middle
-    return x0 + scale * 0.5 * (a + b)
+            high = middle
+    return 0.5 * (low + high)

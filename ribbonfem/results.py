@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .crossings import apart, root
+from .crossings import root
 from .scene import Scene, as_number, shown
 from .values import Frozen, Value, html_table, short_policy, some_rows
 
@@ -168,6 +168,9 @@ class History(Value):
     load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
         quasi-linear beam); NaN where the program that made the history does not say.
     arclength: (nodes,) s/L of the nodes of the configurations.
+    velocity: (rows,) d(height)/d(time), L/s; at a kink of the clamp's motion that of the instant before.
+        NaN where the program that made the history does not say, or has none that serves (velocities of
+        undamped means ring from step to step).
     """
 
     time: Array
@@ -182,10 +185,12 @@ class History(Value):
     model: str = ""
     load: Array = None  # type: ignore[assignment]
     arclength: Array = None  # type: ignore[assignment]
+    velocity: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        if self.load is None:
-            object.__setattr__(self, "load", np.full(len(self.time), np.nan))
+        for name in ("load", "velocity"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.full(len(self.time), np.nan))
         if self.arclength is None:
             object.__setattr__(self, "arclength", _uniform(self.configurations.get("positions")))
         super().__post_init__()
@@ -219,8 +224,9 @@ class History(Value):
         """Time and angle at which "height" or "slope" first crosses `level`.
 
         Counted only once the quantity has been further than 1e-6 from the level: at rest it may
-        lie on it, and rounding crosses it then.  Solved for on the cubic through the four rows
-        around the crossing, so that its error is of the integration and not of the grid of rows.
+        lie on it, and rounding crosses it then.  Solved for on a polynomial through the rows, and
+        the velocities, around the crossing (`crossings.root`), so that its error is of the
+        integration and not of the grid of rows.
 
         Returns
         -------
@@ -256,8 +262,9 @@ class History(Value):
         k = int(departed[0] + beyond[0])
         if values[k] == 0.0:
             return float(self.time[k]), float(self.angle[k])
-        rows = apart(self.time, k)
-        time = root(self.time[rows], values[rows], float(self.time[k - 1]), float(self.time[k]))
+        # the clamp starts, and stops
+        kinks = 0, int(np.argmax(self.angle == self.angle[-1]))
+        time = root(self.time, values, k, self.velocity if quantity == "height" else None, kinks)
         return time, float(np.interp(time, self.time, self.angle))
 
 

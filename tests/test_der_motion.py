@@ -210,5 +210,5 @@ def test_a_run_until_the_snap_is_the_beginning_of_the_whole_run(start, rate):
     short = der.simulate(scene, nodes=31, configurations=False, until="snap")
     np.testing.assert_array_equal(short.height, whole.height[: len(short)])
     assert short.crossing() == whole.crossing()
-    # the two rows after the crossing that its cubic needs
+    # two rows after the crossing, which a cubic needs where velocities are not known
     assert np.count_nonzero(short.height * short.height[0] < 0.0) == 2

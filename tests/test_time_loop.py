@@ -22,7 +22,7 @@ from ribbonfem.stepping.kernels import (
     Ramp,
     beams,
 )
-from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, Verbs
+from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, VELOCITY, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.methods import method_of
 
@@ -134,7 +134,7 @@ def _measure(model, nu, solved):
 
 @njit
 def _record(model, rows, row):
-    rows[row, HEIGHT] = model.place[1]
+    rows[row, HEIGHT], rows[row, VELOCITY] = model.place[1], model.place[0] * model.now[0]
 
 
 LOOP = loop_of(Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record))

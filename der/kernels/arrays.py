@@ -37,7 +37,7 @@ GROWTH = 0.25
 
 # columns of `rows`
 ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
-ROW_LOAD, ROW_SIZE = 8, 9
+ROW_LOAD, ROW_VELOCITY, ROW_SIZE = 8, 9, 10
 
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a

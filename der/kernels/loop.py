@@ -29,6 +29,7 @@ from .arrays import (
     ROW_LOAD,
     ROW_SLOPE,
     ROW_TIME,
+    ROW_VELOCITY,
     ROW_WORK,
     SIDE,
     SINCE,
@@ -55,17 +56,20 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1):
     for i in range(FIRST, 4 * nodes - 8):
         kinetic += 0.5 * rod.inertia[i] * motion.v[i] * motion.v[i]
     half = (nodes - 1) // 2
-    height, slope = motion.x[half, 2], s.tangent[half, 2]
+    x, v = motion.x, motion.v
+    height, velocity, slope = x[half, 2], v[4 * half + 2], s.tangent[half, 2]
     if nodes % 2:
         both = mix(triple(s.tangent, half - 1), 1.0, triple(s.tangent, half), 1.0)
         slope = both[2] / math.sqrt(dot(both, both))
     else:
-        x = motion.x
         height = 0.5625 * (x[half, 2] + x[half + 1, 2]) - 0.0625 * (x[half - 1, 2] + x[half + 2, 2])
+        velocity = 0.5625 * (v[4 * half + 2] + v[4 * half + 6])
+        velocity -= 0.0625 * (v[4 * half - 2] + v[4 * half + 10])
     rows[row, ROW_TIME] = clock[TIME]
     rows[row, ROW_ANGLE] = clamp_angle(ramp, clock[TIME])
     rows[row, ROW_HEIGHT] = height
     rows[row, ROW_SLOPE] = slope
+    rows[row, ROW_VELOCITY] = velocity
     rows[row, ROW_KINETIC] = kinetic
     rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
     rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
@@ -160,7 +164,7 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             if ramp.snap:
                 if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
                     clock[SIDE] = rows[row, ROW_HEIGHT]
-                # two rows on either side of the crossing: it is solved for on a cubic through them
+                # two rows on either side of the crossing, for a cubic where velocities are not known
                 crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
                 if clock[AFTER] > 0.0 or crossed:
                     clock[AFTER] += 1.0

@@ -46,6 +46,7 @@ from ribbonfem.stepping.kernels import (
     REJECTED,
     ROWS,
     STEPS,
+    VELOCITY,
     Ramp,
     Scheme,
 )
@@ -293,7 +294,12 @@ class Loop:
     def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
         """The rows so far."""
         taken = self.rows.taken()
-        taken[0][:, 0] *= scene.ribbon.inertial_time
+        second = scene.ribbon.inertial_time
+        taken[0][:, 0] *= second
+        taken[0][:, VELOCITY] /= second
+        if self.scheme.kind == MEAN:
+            # velocities of a mean of forces ring from step to step
+            taken[0][:, VELOCITY] = np.nan
         rows, *configurations = map(handed_over, taken)
         clock = self.motion.clock
         columns = rows.T
@@ -307,6 +313,7 @@ class Loop:
             configurations=kept,
             load=columns[LOAD],
             arclength=self.arclength,
+            velocity=columns[VELOCITY],
             stats={
                 "steps": int(clock[STEPS]),
                 "newton_iterations": int(clock[NEWTON]),

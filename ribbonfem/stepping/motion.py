@@ -19,7 +19,7 @@ class Motion:
 
     Attributes
     ----------
-    rows: (rows, 8) time, angle, height, kinetic, elastic, dissipated, work, load.
+    rows: (rows, 9) time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time).
     slope: (rows,), and positions: (rows, nodes, 3) in L, as `integrate` was told to observe them.
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
@@ -47,11 +47,12 @@ class Motion:
         SolverError
             If the end was not reached; its `history` is what was.
         """
-        units = (scene.ribbon.inertial_time, 1.0, length, *(length**2,) * 4, 1.0)
+        second = scene.ribbon.inertial_time
+        units = (second, 1.0, length, *(length**2,) * 4, 1.0, length / second)
         for column, unit in enumerate(units):
             self.rows[:, column] *= unit
         whole, slope, positions = map(handed_over, (self.rows, self.slope, self.positions))
-        time, angle, height, *energies, load = whole.T
+        time, angle, height, *energies, load, velocity = whole.T
         history = History(
             time=time,
             angle=angle,
@@ -61,6 +62,7 @@ class Motion:
             configurations={"positions": positions},
             load=load,
             arclength=arclength,
+            velocity=velocity,
             stats=self.stats,
             scene=scene,
             policy=policy,

@@ -11,7 +11,7 @@ import numpy as np
 from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, Ramp, Scheme, Verbs
+from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp, Scheme, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
@@ -262,11 +262,12 @@ def _measure(model: Moving, nu: float, solved: bool) -> tuple[float, float, floa
 
 @compiled(**OPTIONS)
 def _record(model: Moving, rows: Array, row: int) -> None:
-    """Height and slope, and configurations if there is room for them."""
+    """Height, slope and velocity, and configurations if there is room for them."""
     rod, y = model.rod, model.motion
     w, x, z, u = y.g[rod.middle, 0], y.g[rod.middle, 1], y.g[rod.middle, 2], y.g[rod.middle, 3]
     rows[row, HEIGHT] = y.x[rod.middle, 2]
     rows[row, SLOPE] = 2.0 * (x * u - w * z)
+    rows[row, VELOCITY] = y.v[rod.middle, 2]
     if row < model.row_x.shape[0]:
         for i in range(y.g.shape[0]):
             w, x, z, u = y.g[i, 0], y.g[i, 1], y.g[i, 2], y.g[i, 3]

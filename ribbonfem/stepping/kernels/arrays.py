@@ -23,8 +23,8 @@ TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
 REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
 CLOCK_SIZE = 20
 # columns of `rows`; a model may have columns of its own behind
-HEIGHT, KINETIC, LOAD = 2, 3, 7
-ROW_SIZE = 8  # time, angle, height, kinetic, elastic, dissipated, work, load
+HEIGHT, KINETIC, LOAD, VELOCITY = 2, 3, 7, 8
+ROW_SIZE = 9  # time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time)
 
 NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
-from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, Beam, Ramp, Scheme, Tables, Verbs
+from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, VELOCITY, Beam, Ramp, Scheme, Tables, Verbs
 from .elastica import measure_elastica, newton_elastica, project_elastica
 from .loop import loop_of
 from .quasilinear import measure_quasilinear, newton_quasilinear, project_quasilinear
@@ -172,10 +172,12 @@ def _flows(beam: Beam, nu: float) -> tuple[float, float]:
 @compiled(error_model="numpy")
 def _record(beam: Beam, rows: Array, row: int) -> None:
     t, q, w = beam.t, beam.q, beam.w
-    height = 0.0
+    height = velocity = 0.0
     for k in range(t.middle_dof.shape[0]):
         height += t.middle_weight[k] * q[t.middle_dof[k]]
+        velocity += t.middle_weight[k] * beam.v[t.middle_dof[k]]
     rows[row, HEIGHT] = height
+    rows[row, VELOCITY] = velocity
     for i in range(q.shape[0]):
         beam.row_q[row, i] = q[i]
     for i in range(w.shape[0]):
