@@ -47,7 +47,7 @@ def test_crossing_is_of_sixth_order_with_velocities():
 
 
 def test_crossing_behind_a_kink_takes_nothing_of_what_was_before():
-    """The clamp stops at 1, and the height falls faster from then on; the row there has the velocity before."""
+    """The clamp stops at 1 and the height falls faster from then on; the row there has the slower one."""
     time = np.arange(0.0, 2.0, 0.1)
     late = np.maximum(time - 1.0, 0.0)
     height, velocity = 0.2 - 0.1 * time - np.expm1(late), -0.1 - np.where(time > 1.05, np.exp(late), 0.0)

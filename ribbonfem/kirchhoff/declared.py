@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ribbonfem.declared import Declared
-from ribbonfem.stepping.methods import ALL_METHODS, METHODS, method_of
+from ribbonfem.stepping.methods import ALL_METHODS, method_of
 
 DECLARED = Declared(
     name="kirchhoff",
@@ -11,7 +11,7 @@ DECLARED = Declared(
     least=4,
     planar=False,
     methods={name: method_of(name).order for name in ALL_METHODS},
-    adaptive=METHODS,
+    adaptive=ALL_METHODS,
     # five Gauss points an element: 2 p = 10
     order=lambda policy: 10.0,
     size=lambda policy: 1.0 / policy["elements"],

@@ -31,7 +31,7 @@ from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.growing import Growing
-from ribbonfem.policy import PolicyError, require_duration, verb
+from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
@@ -56,6 +56,7 @@ from ribbonfem.values import handed_over
 
 from . import plane, states
 from .kernels import arrays, condensed, loop, tangent
+from .kernels.conserving import PLACES
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -98,8 +99,8 @@ def simulate(
     elements: an even number of at least 4; errors fall as elements^-10.
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal), "implicit-euler" or "discrete-gradient", with fixed steps, of order 2,
-        which alone keeps the energy of undamped ringing, whatever the step (`kernels.conserving`).
+        (trapezoidal), "implicit-euler" or "discrete-gradient", of order 2, which alone keeps the
+        energy of undamped ringing, whatever the step (`kernels.conserving`).
         The others lose or gain it: velocities of their steps do not fit the constraint (an
         inextensible ribbon gains energy), and fast waves are damped.
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
@@ -132,8 +133,6 @@ def simulate(
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
-    if control.method.mean and step is None:
-        raise PolicyError(f"step = None: method = {method!r} has no estimate of its error and needs a step")
     mesh = checked_mesh(elements, extensible)
     nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
@@ -246,14 +245,19 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 
 def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = -np.inf) -> Ramp:
     """The clamp's motion and the control of steps."""
+    newton = steps_control.NEWTON_TOLERANCE
+    if control.tolerance is not None and not control.method.mean:
+        # (energy is balanced only by what is solved to the end)
+        newton = REST * control.tolerance
     return steps_control.ramp_of(
         scene,
         control,
-        newton=steps_control.NEWTON_TOLERANCE if control.tolerance is None else REST * control.tolerance,
+        newton=newton,
         every=every,
         barrier=barrier,
         gain=GAIN,
-        least_growth=LEAST_GROWTH,
+        # (means of steps say what they are off by only after some of one length)
+        least_growth=2.0 if control.method.mean else LEAST_GROWTH,
     )
 
 
@@ -273,7 +277,8 @@ class Loop:
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
         self.arclength = s
         self.solver = tangent.solver(elements)
-        self.scratch = arrays.scratch(elements, scheme.stages)
+        # means of steps are kept in the places of stages
+        self.scratch = arrays.scratch(elements, PLACES if scheme.kind == MEAN else scheme.stages)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
         self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)

@@ -79,8 +79,8 @@ def newmark(beta: float = 0.25, gamma: float = 0.5) -> Method:
 def discrete_gradient() -> Method:
     """The midpoint rule with the mean of the forces along the step, which balances the energy at any step.
 
-    Average vector field, G. R. W. Quispel & D. I. McLaren, J. Phys. A 41 (2008) 045206.  It has no
-    estimate of its error: accelerations are means of steps, and undamped ones keep what a kink left.
+    Average vector field, G. R. W. Quispel & D. I. McLaren, J. Phys. A 41 (2008) 045206.  Its error is
+    estimated by means of velocities (`kirchhoff.kernels.conserving`): accelerations ring from step to step.
     """
     return Method("discrete-gradient", 2, (0.0, 0.5), (0.0, 1.0), mean=True)
 

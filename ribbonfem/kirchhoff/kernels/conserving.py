@@ -14,19 +14,23 @@ import math
 
 import numpy as np
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
-from .arrays import SIGMA, Motion, Scratch
+from .arrays import MEMORY, POINTS, SIGMA, Motion, Scratch
 from .condensed import solve
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .rotations import rotate, turn_between
 from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate
 
 # Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the
-# places of the rates of stages, t.stage_v[1] and t.stage_turning[1]: there are no stages here, and two more
-# arrays in the scratch slow every other method down by a tenth.
+# places of the rates of stages, t.stage_v[1] and t.stage_turning[1], mean velocities of the last steps in
+# t.stage_a[2] and behind: there are no stages here, and more arrays in the scratch slow every other method
+# down by a tenth.
+KEPT = 3
+PLACES = 2 + KEPT
 
 # Gauss points of a step and their weights, that of the middle last
 AT = (0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15), 0.5)
@@ -185,6 +189,67 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
         before = size
     clock[SIGMA] = 0.0
     return -iteration
+
+
+@compiled(**OPTIONS)
+def guess_ringing(t: Scratch, clock: Array) -> None:
+    """Guesses of n and a of a step by those of the last three, a line in time and what alternates on it.
+
+    Both ring from step to step, which the parabola through them takes for seven times as much.
+    """
+    known = int(clock[POINTS])
+    # the first of the points known is the kink's
+    if known < 4:
+        return
+    last, second, third = (known - 1) % MEMORY, (known - 2) % MEMORY, (known - 3) % MEMORY
+    for i in range(1, t.g.shape[0] - 1):
+        for c in range(4):
+            t.a[i, c] = t.known_a[last, i, c] + t.known_a[second, i, c] - t.known_a[third, i, c]
+    for e in range(t.n.shape[0]):
+        for k in range(P):
+            for c in range(3):
+                t.n[e, k, c] = (
+                    t.known_n[last, e, k, c] + t.known_n[second, e, k, c] - t.known_n[third, e, k, c]
+                )
+
+
+@compiled(**OPTIONS)
+def error_by_means(y: Motion, t: Scratch, before: int, h: float) -> tuple[float, float]:
+    """Estimated local error of positions, h^3 x''' / 12, and the largest speed; `before`: steps since a kink.
+
+    By second differences of velocities: means of a step, and of those the means of neighbours.  Velocities
+    at the ends of steps ring for ever with what a step does not resolve, as accelerations do.  The error is
+    negative while the last four steps are not of one length: no longer step is to follow.
+    """
+    if before < KEPT:
+        return -1e-300, 1.0
+    first, second, third = t.stage_a[2], t.stage_a[3], t.stage_a[4]
+    h1, h2, h3 = first[0, 0], second[0, 0], third[0, 0]
+    # between the middles of those means
+    late, early = 0.25 * (h + 2.0 * h1 + h2), 0.25 * (h1 + 2.0 * h2 + h3)
+    largest = speed = 0.0
+    for i in range(1, y.x.shape[0] - 1):
+        for c in range(3):
+            mean = (t.x[i, c] - y.x[i, c]) / h
+            change = 0.5 * ((mean - second[i, c]) / late - (first[i, c] - third[i, c]) / early)
+            largest = max(largest, abs(change))
+            speed = max(speed, abs(mean))
+    error = h * h * h * largest / (6.0 * (late + early))
+    alike = max(abs(h1 - h), abs(h2 - h), abs(h3 - h)) < 1e-2 * h
+    return (error if alike else -error), speed
+
+
+@compiled(**OPTIONS)
+def keep_mean(y: Motion, t: Scratch, h: float) -> None:
+    """Keep a step's mean velocities, before it is taken over."""
+    copy(t.stage_a[3], t.stage_a[4])
+    copy(t.stage_a[2], t.stage_a[3])
+    first = t.stage_a[2]
+    # (the clamped node has none, and its place is the step's)
+    first[0, 0] = h
+    for i in range(1, y.x.shape[0] - 1):
+        for c in range(3):
+            first[i, c] = (t.x[i, c] - y.x[i, c]) / h
 
 
 @compiled(**OPTIONS)

@@ -15,7 +15,7 @@ from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
-from .conserving import conserve, mean_kinetic
+from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean_kinetic
 from .consistent import project, tangents
 from .newton import guess, newton, remember
 from .tangent import OPTIONS, P, Rod, Solver, add_element, clamp_moment
@@ -172,6 +172,7 @@ def _mean_stage(
     """Solve a step by the means of its forces, into the same places."""
     t, y = model.scratch, model.motion
     b, _, _ = _ready(model, m, clock, i, h, at, angle)
+    guess_ringing(t, clock)
     used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
@@ -216,6 +217,15 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
 
 
 @compiled(**OPTIONS)
+def _mean_error(model: Moving, m: Scheme, h: float) -> float:
+    """The same of a step by means."""
+    # the first of the points known is the kink's
+    before = int(model.motion.clock[KNOWN]) - 1
+    error, speed = error_by_means(model.motion, model.scratch, before, h)
+    return error / min(1.0, max(LEAST, CREEP * speed))
+
+
+@compiled(**OPTIONS)
 def _reject(model: Moving, clock: Array) -> None:
     clock[POINTS] = clock[KNOWN]
 
@@ -239,6 +249,12 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
     copy(t.g, y.g)
     copy(t.n, y.n)
     tangents(y.g, y.tangent)
+
+
+@compiled(**OPTIONS)
+def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
+    keep_mean(model.motion, model.scratch, h)
+    _accept(model, m, h)
 
 
 @compiled(**OPTIONS)
@@ -283,7 +299,18 @@ _loop = loop_of(
 )
 # a loop of its own: two solvers in one are no longer compiled into it, which costs both
 _mean_loop = loop_of(
-    Verbs(_project, _rescale, _begin, _mean_stage, _mean_flows, _error, _reject, _accept, _measure, _record)
+    Verbs(
+        _project,
+        _rescale,
+        _begin,
+        _mean_stage,
+        _mean_flows,
+        _mean_error,
+        _reject,
+        _mean_accept,
+        _measure,
+        _record,
+    )
 )
 
 

@@ -119,7 +119,9 @@ class Verbs(NamedTuple):
     begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
     stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
     flows: Callable[..., Any]  # (model, nu): kinetic energy and moment on the clamp, of the stage solved
-    error: Callable[..., Any]  # (model, scheme, h): of the step, estimated
+    error: Callable[
+        ..., Any
+    ]  # (model, scheme, h): of the step, estimated; minus it where none longer is to follow
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
     measure: Callable[..., Any]  # (model, nu, solved): kinetic, elastic, moment, load; of stage or instant

@@ -208,7 +208,10 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
             factor = 2.0
             if ramp.fixed == 0.0:
                 error = error_of(model, m, h)
-                factor = min(2.0, 0.8 * (ramp.tolerance / max(error, 1e-300)) ** (1.0 / m.power))
+                # a negative one says nothing of a longer step
+                most = 2.0 if error >= 0.0 else 1.0
+                error = abs(error)
+                factor = min(most, 0.8 * (ramp.tolerance / max(error, 1e-300)) ** (1.0 / m.power))
                 if not error <= ramp.tolerance:
                     reject(model, clock)
                     if not _shorter(ramp, clock, h * max(0.2, factor)):
