@@ -130,12 +130,21 @@ def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, A
 
 
 @compiled(allocates=True)
-def solve_refined(
-    band: Array, border: Array, corner: Array, factors: Array, rows: Array, last: Array, right: Array
+def solved(
+    band: Array,
+    border: Array,
+    corner: Array,
+    factors: Array,
+    rows: Array,
+    last: Array,
+    right: Array,
+    refined: bool,
 ) -> Array:
-    """The solution (n + k, m) for right-hand sides (n + k, m), with one step of refinement."""
+    """The solution (n + k, m) for right-hand sides (n + k, m), perhaps with one step of refinement."""
     x = right.copy()
     solve_arrow(factors, rows, last, x)
+    if not refined:
+        return x
     rest = multiply_arrow(band, border, corner, x)
     for r in range(x.shape[0]):
         for c in range(x.shape[1]):
@@ -159,16 +168,25 @@ class Arrow:
     Attributes
     ----------
     negative: number of negative eigenvalues of the whole matrix.
+    refined: whether solutions have a step of refinement, at more than the price of another solution.
     """
 
-    def __init__(self, band: Array, border: Array | None = None, corner: Array | None = None) -> None:
+    def __init__(
+        self,
+        band: Array,
+        border: Array | None = None,
+        corner: Array | None = None,
+        *,
+        refined: bool = True,
+    ) -> None:
         border = np.zeros((0, len(band))) if border is None else border
         corner = np.zeros((len(border), len(border))) if corner is None else corner
         *factors, negative = factored(band, border, corner)
         self._parts = (band, border, corner, *factors)
         self.negative = int(negative)
+        self.refined = refined
 
     def solve(self, right: Array) -> Array:
-        """Solve for right-hand sides (n + k,) or (n + k, m), with one step of refinement."""
+        """Solve for right-hand sides (n + k,) or (n + k, m)."""
         b = np.ascontiguousarray(right.reshape(len(right), -1), dtype=np.float64)
-        return np.asarray(solve_refined(*self._parts, b)).reshape(right.shape)
+        return np.asarray(solved(*self._parts, b, self.refined)).reshape(right.shape)

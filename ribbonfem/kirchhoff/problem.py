@@ -108,6 +108,7 @@ class Statics:
         self.weight = np.zeros(4 * inner + 3)
         # |dg| is half the angle
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
+        self.refined = True
         self.parameter_weight = PARAMETER_WEIGHT if vary == "angle" else SHIFT_WEIGHT
 
     @property
@@ -119,6 +120,12 @@ class Statics:
         """The same equations with EI1/EI2 larger by a share."""
         other = copy(self)
         other.stiff = self.stiff * np.array([1.0, 1.0, 1.0 + share])
+        return other
+
+    def roughly(self) -> Statics:
+        """The same equations, solved for guesses."""
+        other = copy(self)
+        other.refined = False
         return other
 
     def at(self, parameter: float) -> Clamps:
@@ -184,7 +191,7 @@ class Statics:
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         residual, column, basis, band, border, corner = self.assembled(state, parameter)
-        arrow = Arrow(band, border, corner)
+        arrow = Arrow(band, border, corner, refined=self.refined)
 
         def solve(right: Array) -> Array:
             x = np.ascontiguousarray(right.reshape(len(right), -1))

@@ -119,8 +119,8 @@ def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
         clock[SIDE] = height
     if ramp.snap and (clock[AFTER] > 0.0 or (height * clock[SIDE] <= 0.0 and clock[SIDE] != 0.0)):
         clock[AFTER] += 1.0
-        # two rows on each side, for a cubic where velocities are not known
-        if clock[AFTER] > 2.0:
+        # a row behind it: for a cubic where velocities are not known, and behind a kink
+        if clock[AFTER] > 1.0:
             return DONE
     return FULL
 
