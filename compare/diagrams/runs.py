@@ -75,10 +75,14 @@ class Sample:
     reason: str
 
 
+# of `simulate`, what a run of a diagram says itself
+OWN = ("configurations", "until")
+
+
 def require_runs(model: str, policy: Mapping[str, Any]) -> None:
     """Refuse keywords that a model's `simulate` does not take, before anything is run."""
     try:
-        require_policy(model, "simulate", policy)
+        require_policy(model, "simulate", policy, OWN)
     except PolicyError as error:
         raise PolicyError(
             f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"

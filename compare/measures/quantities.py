@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType, ModuleType
 from typing import Any, cast
@@ -63,9 +63,12 @@ def defaults_of(name: str, verb: str) -> Mapping[str, Any]:
     return defaults(MODELS[name], verb)
 
 
-def require_policy(name: str, verb: str, policy: Mapping[str, Any]) -> None:
-    """Raise a `PolicyError` that names the first of `policy` which the verb of the model does not take."""
-    allowed = defaults_of(name, verb)
+def require_policy(name: str, verb: str, policy: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+    """Raise a `PolicyError` that names the first of `policy` which the verb of the model does not take.
+
+    `taken`: keywords of the verb that the caller says itself.
+    """
+    allowed = [key for key in defaults_of(name, verb) if key not in taken]
     for key, value in policy.items():
         if key not in allowed:
             raise PolicyError(f"{key} = {shown(value)}: {name}.{verb} takes {', '.join(allowed)}")
