@@ -1,6 +1,8 @@
-"""Where a quantity of which a motion has rows crosses a level."""
+"""What a motion does between its rows, and where it crosses a level."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,41 +13,56 @@ Array = NDArray[np.float64]
 LEAST = 1e-3
 
 
-def root(
+def kinks_of(angle: Array) -> tuple[int, int]:
+    """The rows at which the clamp starts and stops: velocities jump there."""
+    return 0, int(np.argmax(angle == angle[-1]))
+
+
+def between(
     time: Array, values: Array, k: int, rates: Array | None = None, kinks: tuple[int, ...] = ()
-) -> float:
-    """The instant between rows k - 1 and k at which `values` are 0.
+) -> Callable[[float], float]:
+    """The polynomial that `values` are taken to follow between rows k - 1 and k.
 
     Parameters
     ----------
-    time, values: (rows,), of which k - 1 and k lie on both sides of 0.
+    time, values: (rows,), 1 <= k < rows.
     rates: (rows,), d(values)/d(time), if they are known.
     kinks: rows at which they jump; those given are of the instant before.
 
     Notes
     -----
-    On the polynomial through the rows k - 2, k - 1 and k with their rates, of degree 5: steps of an accurate
-    method are so long that a cubic through four rows would be off by ten times what the method is.  Where
-    there are no rates it is that cubic.  Behind a kink nothing of what is before it is used but its value.
+    It goes through the rows k - 2, k - 1 and k with their rates, of degree 5: steps of an accurate method
+    are so long that a cubic through four rows would be off by ten times what the method is.  Where there are
+    no rates it is that cubic.  Behind a kink nothing of what is before it is used but its value.
     """
     if rates is None or not np.isfinite(rates[max(k - 2, 0) : k + 1]).all():
         rows = _around(time, k)
-        return _bisected(*_newton(time[rows], values[rows]), float(time[k - 1]), float(time[k]))
+        return _newton(time[rows], values[rows])
     rows = [k - 1, k]
     if k - 1 not in kinks:
         if k >= 2 and time[k - 1] - time[k - 2] > LEAST * (time[k] - time[k - 1]):
             rows.insert(0, k - 2)
     elif k + 1 < len(time) and k not in kinks:
         rows.append(k + 1)
-    nodes, points, slopes = [], [], []
-    for row in rows:
-        # twice where its rate is of this side
-        for _ in range(1 if row == k - 1 and row in kinks else 2):
-            nodes.append(time[row])
-            points.append(values[row])
-            slopes.append(rates[row])
-    polynomial = _newton(np.array(nodes), np.array(points), np.array(slopes))
-    return _bisected(*polynomial, float(time[k - 1]), float(time[k]))
+    # twice where the rate is of this side
+    twice = np.array([row for row in rows for _ in range(1 if row == k - 1 and row in kinks else 2)])
+    return _newton(time[twice], values[twice], rates[twice])
+
+
+def root(
+    time: Array, values: Array, k: int, rates: Array | None = None, kinks: tuple[int, ...] = ()
+) -> float:
+    """The instant between rows k - 1 and k, on both sides of 0, at which `values` are 0, as in `between`."""
+    value = between(time, values, k, rates, kinks)
+    low, high = float(time[k - 1]), float(time[k])
+    sign = value(low) > 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if (value(middle) > 0.0) == sign:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
 
 
 def _around(time: Array, k: int) -> list[int]:
@@ -59,8 +76,8 @@ def _around(time: Array, k: int) -> list[int]:
     return rows
 
 
-def _newton(x: Array, y: Array, slopes: Array | None = None) -> tuple[Array, Array]:
-    """Nodes and divided differences of the polynomial through (x, y); a repeated node takes the slope too."""
+def _newton(x: Array, y: Array, slopes: Array | None = None) -> Callable[[float], float]:
+    """The polynomial through (x, y), by divided differences; a node that is repeated takes the slope too."""
     differences = np.array(y, dtype=float)
     for order in range(1, len(x)):
         gaps = x[order:] - x[:-order]
@@ -70,23 +87,11 @@ def _newton(x: Array, y: Array, slopes: Array | None = None) -> tuple[Array, Arr
             differences[order:] = np.where(same, slopes[1:], rise / np.where(same, 1.0, gaps))
         else:
             differences[order:] = rise / gaps
-    return x, differences
-
-
-def _bisected(nodes: Array, differences: Array, low: float, high: float) -> float:
-    """Root in [low, high] of a polynomial in Newton's form."""
 
     def value(t: float) -> float:
         result = differences[-1]
-        for c, node in zip(differences[-2::-1], nodes[-2::-1], strict=True):
+        for c, node in zip(differences[-2::-1], x[-2::-1], strict=True):
             result = result * (t - node) + c
         return float(result)
 
-    sign = value(low) > 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if (value(middle) > 0.0) == sign:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return value

@@ -19,8 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
 
+from ribbonfem.crossings import between, kinks_of
 from ribbonfem.image import imaged
 from ribbonfem.results import MESH, Array, Fold, History, Value
 from ribbonfem.scene import shown, swapped
@@ -119,14 +119,14 @@ class Instant:
 
 
 def instant(history: History, time: float) -> Instant:
-    """The shape of a run at a time in s, interpolated by cubics through its rows."""
-    k = int(np.searchsorted(history.time, time))
-    first = max(0, min(k - 2, len(history) - 4))
-    rows = slice(first, first + 4)
-    height, slope = (
-        float(BarycentricInterpolator(history.time[rows], values[rows])(time))
-        for values in (history.height, history.slope)
-    )
+    """The shape of a run at a time in s, interpolated through its rows (`crossings.between`)."""
+    k = min(max(1, int(np.searchsorted(history.time, time))), len(history) - 1)
+    if k == 0:
+        height, slope = float(history.height[0]), float(history.slope[0])
+    else:
+        kinks = kinks_of(history.angle)
+        height = between(history.time, history.height, k, history.velocity, kinks)(time)
+        slope = between(history.time, history.slope, k)(time)
     angle = float(np.interp(time, history.time, history.angle))
     return Instant(time, angle, height, slope, name_by_signs(height, slope))
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .crossings import root
+from .crossings import kinks_of, root
 from .scene import Scene, as_number, shown
 from .values import Frozen, Value, html_table, short_policy, some_rows
 
@@ -262,9 +262,8 @@ class History(Value):
         k = int(departed[0] + beyond[0])
         if values[k] == 0.0:
             return float(self.time[k]), float(self.angle[k])
-        # the clamp starts, and stops
-        kinks = 0, int(np.argmax(self.angle == self.angle[-1]))
-        time = root(self.time, values, k, self.velocity if quantity == "height" else None, kinks)
+        rates = self.velocity if quantity == "height" else None
+        time = root(self.time, values, k, rates, kinks_of(self.angle))
         return time, float(np.interp(time, self.time, self.angle))
 
 
