@@ -138,7 +138,7 @@ def test_a_motion_is_a_data_frame_with_units():
     for name in ("history", "other history", "planar history"):
         history = found(name)
         frame = history.to_pandas()
-        states = ["time", "angle", "height", "slope", "load"]
+        states = ["time", "angle", "height", "slope", "load", "velocity"]
         assert list(frame.columns) == states + list(history.energies)
         assert len(frame) == len(history)
         np.testing.assert_array_equal(frame["height"], history.height)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import der
 from compare.questions.crosscheck import edge_ratio
@@ -77,6 +78,35 @@ def test_normal_forms_of_rods_and_elements():
     form = der.normal_forms(scene, nodes=51)[0]
     measured = der.simulate(scene, nodes=51, configurations=False).crossing()[1] - form.angle
     assert abs(measured / delay.predict(form, 1e-5, 1e3).angle - 1) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("model", "scene", "policy"),
+    [
+        (kirchhoff, PATH_1, {"method": "esdirk4", "tolerance": 1e-5}),
+        (kirchhoff, PATH_1, {"method": "generalised-alpha", "step": 5e-3}),
+        (der, PATH_1, {"nodes": 51, "tolerance": 1e-4}),
+        (der, PATH_1, {"nodes": 52, "tolerance": 1e-4}),
+        (elastica, BEAM, {"tolerance": 1e-5}),
+        (quasilinear, BEAM, {"tolerance": 1e-5}),
+    ],
+)
+def test_velocity_is_the_rate_of_the_height(model, scene, policy):
+    history = model.simulate(scene, until="snap", **policy)
+    t, z, v = history.time, history.height, history.velocity
+    # of the cubics through two rows and their velocities, against a spline through the heights alone
+    middle = 0.5 * (z[1:] + z[:-1]) + np.diff(t) * (v[:-1] - v[1:]) / 8.0
+    spline = CubicSpline(t, z)(0.5 * (t[1:] + t[:-1]))
+    late = t[1:] > 0.9 * t[-1]
+    assert np.abs(v[1:][late]).max() > 0.3
+    assert np.abs(middle - spline)[late].max() < 2e-5
+    assert v[0] == 0.0
+
+
+@pytest.mark.parametrize("model", [kirchhoff, der])
+def test_velocities_that_ring_are_not_told(model):
+    policy = {"method": "discrete-gradient", "step": 5e-3, "configurations": False}
+    assert np.isnan(model.simulate(replace(PATH_1, stop=0.1), **policy).velocity).all()
 
 
 def test_load_is_a_column_of_every_motion():

@@ -15,6 +15,7 @@ _COLUMNS = {
     "angle": ("angle of the turned clamp", "rad"),
     "height": ("z at midspan", "L"),
     "slope": ("z-component of the tangent at midspan", "1"),
+    "velocity": ("velocity of midspan along z", "L/s"),
     "load": ("compressive force along x", "EI2/L^2"),
     "stable": ("whether the equilibrium is stable", "1"),
     "energy": ("elastic energy", "EI2/L"),
@@ -47,7 +48,7 @@ def _about(result: Any) -> dict[str, Any]:
 
 
 def _motion(history: History) -> dict[str, Any]:
-    columns = {name: np.array(getattr(history, name)) for name in ("time", *_STATES)}
+    columns = {name: np.array(getattr(history, name)) for name in ("time", *_STATES, "velocity")}
     return columns | {name: np.array(energy) for name, energy in history.energies.items()}
 
 
@@ -67,7 +68,7 @@ def motion_frame(history: History) -> Any:
 
     Returns
     -------
-    Columns time (s), angle (rad), height (L), slope, load (EI2/L^2), and the energies (EI2/L); `attrs`
+    Columns time (s), angle (rad), height (L), slope, load (EI2/L^2), velocity (L/s), energies; `attrs`
     has the units by column, and model, scene and policy.
 
     Raises
@@ -169,7 +170,7 @@ def motion_dataset(history: History) -> Any:
 
     Returns
     -------
-    Variables angle, height, slope, load and the energies, (time,), and the configurations, of which
+    Variables angle, height, slope, load, velocity and the energies, (time,), and the configurations, of which
     positions are (time, node, axis) in L; coordinates time (s), s (node,) in L, axis. Each has its
     `units`; the set has model, scene and policy.
 
