@@ -89,8 +89,8 @@ def test_the_quasi_linear_beam_where_it_is_good_enough():
 def test_ribbons_climb_until_they_settle():
     scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0)
     fine = rod_limit(scene, (101, 151, 201), 1e-6)
-    # rods share no mechanics with what is chosen
-    for tolerance, runs in ((3e-4, 1), (1e-5, 1), (2e-6, 1)):
+    # rods share no mechanics with what is chosen; two runs where they cost less than one that the law bounds
+    for tolerance, runs in ((3e-4, 1), (1e-5, 1), (2e-6, 2)):
         answer = choose(scene, tolerance).run()
         assert answer.met
         assert answer.runs[0].model == "kirchhoff"
