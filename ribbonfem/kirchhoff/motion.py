@@ -55,8 +55,7 @@ from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.values import handed_over
 
 from . import plane, states
-from .kernels import arrays, condensed, loop, tangent
-from .kernels.conserving import PLACES
+from .kernels import arrays, condensed, conserving, loop, tangent
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -278,7 +277,7 @@ class Loop:
         self.arclength = s
         self.solver = tangent.solver(elements)
         # means of steps are kept in the places of stages
-        self.scratch = arrays.scratch(elements, PLACES if scheme.kind == MEAN else scheme.stages)
+        self.scratch = arrays.scratch(elements, conserving.STAGES if scheme.kind == MEAN else scheme.stages)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
         self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)

@@ -30,7 +30,7 @@ from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate
 # t.stage_a[2] and behind: there are no stages here, and more arrays in the scratch slow every other method
 # down by a tenth.
 KEPT = 3
-PLACES = 2 + KEPT
+STAGES = 2 + KEPT
 
 # Gauss points of a step and their weights, that of the middle last
 AT = (0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15), 0.5)

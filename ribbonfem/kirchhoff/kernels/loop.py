@@ -192,6 +192,12 @@ def _mean_flows(model: Moving, nu: float) -> tuple[float, float]:
 
 
 @compiled(**OPTIONS)
+def _share(speed: float) -> float:
+    """Part of the tolerance that a step may err by at this speed."""
+    return min(1.0, max(LEAST, CREEP * speed))
+
+
+@compiled(**OPTIONS)
 def _error(model: Moving, m: Scheme, h: float) -> float:
     """Estimated local error of the positions, counted the more the slower the ribbon creeps.
 
@@ -213,7 +219,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 change *= h
             largest = max(largest, abs(change))
             speed = max(speed, abs(t.v[node, c]))
-    return largest / min(1.0, max(LEAST, CREEP * speed))
+    return largest / _share(speed)
 
 
 @compiled(**OPTIONS)
@@ -222,7 +228,7 @@ def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     # the first of the points known is the kink's
     before = int(model.motion.clock[KNOWN]) - 1
     error, speed = error_by_means(model.motion, model.scratch, before, h)
-    return error / min(1.0, max(LEAST, CREEP * speed))
+    return error / _share(speed)
 
 
 @compiled(**OPTIONS)
