@@ -62,17 +62,8 @@ def test_its_steps_adapt(extensible):
     assert errors[1] < 0.2 * errors[0], errors
 
 
-def test_a_resumed_run_by_means_is_the_same_run():
-    """Rows of many calls of the loop, in which the means of the last steps are kept."""
-    case = replace(SNAP, damping=0.0, hold=0.2)
-    policy = {"elements": 4, "method": "discrete-gradient", "tolerance": 1e-4}
-    whole = kirchhoff.simulate(case, configurations=False, **policy)
-    every = kirchhoff.simulate(case, configurations=False, every=7, **policy)
-    np.testing.assert_array_equal(every.height[:-1], whole.height[: 7 * (len(every) - 1) : 7])
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("steps", [{"step": 1e-3}, {"tolerance": 1e-4}])
+@pytest.mark.parametrize(("steps", "bound"), [({"step": 1e-3}, 1e-4), ({"tolerance": 1e-4}, 1e-3)])
 @pytest.mark.parametrize(
     "case",
     [
@@ -80,12 +71,12 @@ def test_a_resumed_run_by_means_is_the_same_run():
         Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, stop=1.165),
     ],
 )
-def test_undamped_ringing_keeps_its_energy_for_twenty_seconds(case, steps):
+def test_undamped_ringing_keeps_its_energy_for_twenty_seconds(case, steps, bound):
     case = replace(case, damping=0.0, hold=20.0)
     history = kirchhoff.simulate(case, method="discrete-gradient", configurations=False, **steps)
     drift, seconds = np.ptp(balance(history)) / kinetic_at_snap(history), history.stats["seconds"]
     print(f"{steps}: {drift:.1e} of the kinetic energy at the snap, {seconds:.0f} s")
-    assert drift < 1e-3
+    assert drift < bound
 
 
 def test_beams_have_no_discrete_gradient():

@@ -362,7 +362,7 @@ def test_kinks_are_ends_of_steps():
     assert len(kirchhoff.simulate(case, elements=4, step=0.03)) == 1 + 16 + 7
 
 
-@pytest.mark.parametrize("method", ["esdirk4", "generalised-alpha"])
+@pytest.mark.parametrize("method", ["esdirk4", "generalised-alpha", "discrete-gradient"])
 def test_rows_do_not_matter(method, monkeypatch):
     """A run that comes back for more memory again and again is bitwise the one that does not."""
     whole = kirchhoff.simulate(SNAP, elements=4, method=method, tolerance=1e-3, gyroscopic=True)
