@@ -5,7 +5,7 @@ from __future__ import annotations
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
-from .tangent import N0, OPTIONS, OUTER, SIZE, TURN0, WIDTH, P, Rod, Solver
+from .tangent import N0, OPTIONS, OUTER, SIX, SIZE, TURN0, P, Rod, Solver
 
 
 @compiled(**OPTIONS)
@@ -41,32 +41,59 @@ def _eliminate(local: Array, pivots: Array) -> None:
 
 
 @compiled(**OPTIONS)
+def _invert(block: Array) -> None:
+    """The inverse of a block in its place, by sweeps without pivots."""
+    for k in range(SIX):
+        inverse = 1.0 / block[k, k]
+        for i in range(SIX):
+            if i != k:
+                factor = block[i, k] * inverse
+                for j in range(SIX):
+                    if j != k:
+                        block[i, j] -= factor * block[k, j]
+        for j in range(SIX):
+            if j != k:
+                block[j, k] *= -inverse
+                block[k, j] *= inverse
+        block[k, k] = inverse
+
+
+@compiled(**OPTIONS)
 def factorise(s: Solver) -> None:
-    """Eliminate the inside of every element in s.local, then the nodes between them in s.band."""
+    """Eliminate the inside of every element in s.local, then one node between them after the other.
+
+    Left of a node is the inverse of its own block in s.own, and that times its block with the next in s.next.
+    """
     elements = s.local.shape[0]
-    count = 6 * (elements - 1)
-    for i in range(count):
-        for d in range(WIDTH + 1):
-            s.band[i, d] = 0.0
     for e in range(elements):
         local = s.local[e]
         _eliminate(local, s.pivots[e])
-        first = 6 * (e - 1)
-        for i in range(12):
-            if 0 <= first + i < count:
-                for j in range(i + 1):
-                    if first + j >= 0:
-                        s.band[first + j, i - j] += local[i, j]
-    for k in range(count):
-        above = s.band[k]
-        inverse = 1.0 / above[0]
-        above[0] = inverse
-        for d in range(1, WIDTH + 1):
-            factor = above[d] * inverse
-            if factor != 0.0:
-                row = s.band[k + d]
-                for c in range(WIDTH + 1 - d):
-                    row[c] -= factor * above[c + d]
+        own, after, new = s.own[e], s.next[e], s.own[e + 1]
+        for i in range(SIX):
+            for j in range(i + 1):
+                own[i, j] = own[j, i] = local[i, j] + (own[i, j] if e > 0 else 0.0)
+                new[i, j] = local[SIX + i, SIX + j]
+            for j in range(SIX):
+                after[j, i] = local[SIX + i, j]
+    for e in range(1, elements):
+        own, after, new = s.own[e], s.next[e], s.own[e + 1]
+        _invert(own)
+        if e + 1 < elements:
+            for i in range(SIX):
+                for j in range(SIX):
+                    total = 0.0
+                    for k in range(SIX):
+                        total += own[i, k] * after[k, j]
+                    s.product[i, j] = total
+            for i in range(SIX):
+                for j in range(SIX):
+                    total = new[i, j]
+                    for k in range(SIX):
+                        total -= after[k, i] * s.product[k, j]
+                    new[i, j] = total
+            for i in range(SIX):
+                for j in range(SIX):
+                    after[i, j] = s.product[i, j]
 
 
 @compiled(**OPTIONS)
@@ -133,46 +160,59 @@ def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
 
 
 @compiled(**OPTIONS)
+def _take(block: Array, x: Array, y: Array) -> None:
+    """y -= block^T x."""
+    y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
+    for k in range(SIX):
+        row, factor = block[k], x[k]
+        y0 -= factor * row[0]
+        y1 -= factor * row[1]
+        y2 -= factor * row[2]
+        y3 -= factor * row[3]
+        y4 -= factor * row[4]
+        y5 -= factor * row[5]
+    y[0], y[1], y[2], y[3], y[4], y[5] = y0, y1, y2, y3, y4, y5
+
+
+@compiled(**OPTIONS)
+def _back(own: Array, after: Array, x: Array, y: Array) -> None:
+    """x <- own x - after y."""
+    x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], x[3], x[4], x[5]
+    y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
+    for i in range(SIX):
+        a, b = own[i], after[i]
+        x[i] = (a[0] * x0 + a[1] * x1 + a[2] * x2 + a[3] * x3 + a[4] * x4 + a[5] * x5) - (
+            b[0] * y0 + b[1] * y1 + b[2] * y2 + b[3] * y3 + b[4] * y4 + b[5] * y5
+        )
+
+
+@compiled(**OPTIONS)
 def solve(rod: Rod, s: Solver, sigma: float) -> None:
     """Overwrite the residuals s.fr, s.fp, s.fn by the increments that would take them to 0."""
     elements = s.local.shape[0]
-    count = 6 * (elements - 1)
-    right = s.right
-    for e in range(elements - 1):
-        node = (e + 1) * P
+    for e in range(elements + 1):
+        node = e * P
         for c in range(3):
-            right[6 * e + c] = -s.fr[node, c]
-            right[6 * e + 3 + c] = -s.fp[node, c]
+            s.right[e, c] = -s.fr[node, c]
+            s.right[e, 3 + c] = -s.fp[node, c]
     for e in range(elements):
         _forward(rod, s, e, sigma)
-        first = 6 * (e - 1)
-        for i in range(12):
-            if 0 <= first + i < count:
-                right[first + i] += s.local_right[e, i]
-    for k in range(count):
-        row = s.band[k]
-        factor = right[k] * row[0]
-        for d in range(1, WIDTH + 1):
-            right[k + d] -= factor * row[d]
-    for d in range(WIDTH):
-        right[count + d] = 0.0
-    for k in range(count - 1, -1, -1):
-        row = s.band[k]
-        total = 0.0
-        for d in range(1, WIDTH + 1):
-            total += row[d] * right[k + d]
-        right[k] = (right[k] - total) * row[0]
+        for i in range(SIX):
+            s.right[e, i] += s.local_right[e, i]
+            s.right[e + 1, i] += s.local_right[e, SIX + i]
+    for e in range(1, elements - 1):
+        _take(s.next[e], s.right[e], s.right[e + 1])
+    for i in range(SIX):
+        s.right[0, i] = s.right[elements, i] = 0.0
+    for e in range(elements - 1, 0, -1):
+        _back(s.own[e], s.next[e], s.right[e], s.right[e + 1])
     for e in range(elements):
-        first = 6 * (e - 1)
-        for i in range(12):
-            s.local_right[e, i] = right[first + i] if 0 <= first + i < count else 0.0
+        for i in range(SIX):
+            s.local_right[e, i] = s.right[e, i]
+            s.local_right[e, SIX + i] = s.right[e + 1, i]
         _backward(rod, s, e, sigma)
-    for e in range(elements - 1):
-        node = (e + 1) * P
+    for e in range(elements + 1):
+        node = e * P
         for c in range(3):
-            s.fr[node, c] = right[6 * e + c]
-            s.fp[node, c] = right[6 * e + 3 + c]
-    last = elements * P
-    for c in range(3):
-        s.fr[0, c] = s.fr[last, c] = 0.0
-        s.fp[0, c] = s.fp[last, c] = 0.0
+            s.fr[node, c] = s.right[e, c]
+            s.fp[node, c] = s.right[e, 3 + c]

@@ -15,7 +15,7 @@ Every stage of every method solves the same equations, with x = xp + b a and v =
 Tangent.  The mass is lumped, so that r inside an element is eliminated by a division; the
 rotations inside it, then n, follow by a dense L D L^T without pivots.  (In this order: n's own
 block is nearly singular in its mean.)  Left are r and psi of the nodes between elements, six
-each, in a symmetric band of half-bandwidth 11, whatever the degree.
+each, of which neighbours alone know each other, whatever the degree.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ TURNS = 3 * (P + 1)
 # among the rotations alone the order is the same: node 0, node P, the others
 STRIPS = (0, *range(6, TURNS, 3), 3)
 PLACES = (3, 4, 5, 9, 10, 11, *range(TURN0, SIZE))
-WIDTH = 11
+# r and psi of a node
+SIX = 6
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
 STIFF = 1e12
 # small rotary inertia of bending that makes their tangent definite; refinement takes it out again
@@ -75,14 +76,15 @@ class Rod(NamedTuple):
 class Solver(NamedTuple):
     """Memory of the tangent and its solution, allocated once.
 
-    local (E, SIZE, SIZE), the lower triangle of each element's factors; band (6 (E - 1) + WIDTH,
-    WIDTH + 1), those of what is left, with the inverse pivots on their diagonals' places; right and
-    local_right; pivots (E, SIZE), inverse; residuals fr, fp (nodes, 3), fn
-    (E, P, 3), overwritten by the increments of r, psi and n; the rest is a point's.
+    local (E, SIZE, SIZE), the lower triangle of each element's factors; pivots (E, SIZE), inverse;
+    own and next (E + 1, SIX, SIX), of what is left for each end of an element, with itself and with
+    the next (see `condensed`); right (E + 1, SIX) and local_right (E, SIZE); residuals fr, fp (nodes, 3),
+    fn (E, P, 3), overwritten by the increments of r, psi and n; the rest is a point's.
     """
 
     local: Array
-    band: Array
+    own: Array
+    next: Array
     right: Array
     local_right: Array
     pivots: Array
@@ -105,11 +107,11 @@ class Solver(NamedTuple):
 def solver(elements: int) -> Solver:
     """Memory for a mesh."""
     nodes = elements * P + 1
-    count = 6 * (elements - 1)
     return Solver(
         local=np.zeros((elements, SIZE, SIZE)),
-        band=np.zeros((count + WIDTH, WIDTH + 1)),
-        right=np.zeros(count + WIDTH),
+        own=np.zeros((elements + 1, SIX, SIX)),
+        next=np.zeros((elements + 1, SIX, SIX)),
+        right=np.zeros((elements + 1, SIX)),
         local_right=np.zeros((elements, SIZE)),
         pivots=np.zeros((elements, SIZE)),
         gradient=np.zeros((P + 1, 4)),
