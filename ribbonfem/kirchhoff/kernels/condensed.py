@@ -5,10 +5,10 @@ from __future__ import annotations
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
-from .tangent import N0, OPTIONS, OUTER, SIX, SIZE, TURN0, P, Rod, Solver
+from .tangent import INLINED, N0, OPTIONS, OUTER, SIX, SIZE, TURN0, P, Rod, Solver
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _eliminate(local: Array, pivots: Array) -> None:
     """L D L^T of the inside of an element, from its last row up, three rows at a time.
 
@@ -40,7 +40,7 @@ def _eliminate(local: Array, pivots: Array) -> None:
         k -= 3
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _invert(block: Array) -> None:
     """The inverse of a block in its place, by sweeps without pivots."""
     for k in range(SIX):
@@ -96,7 +96,7 @@ def factorise(s: Solver) -> None:
                     after[i, j] = s.product[i, j]
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Right-hand side of an element, its inside eliminated, in s.local_right[e]."""
     f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
@@ -129,7 +129,7 @@ def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
         k -= 3
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
     """Increments of the inside of an element from those of its outside, into s.fr, s.fp, s.fn."""
     f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
@@ -159,7 +159,7 @@ def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
             s.fr[node, c] = -total * inverse
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _take(block: Array, x: Array, y: Array) -> None:
     """y -= block^T x."""
     y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
@@ -174,7 +174,7 @@ def _take(block: Array, x: Array, y: Array) -> None:
     y[0], y[1], y[2], y[3], y[4], y[5] = y0, y1, y2, y3, y4, y5
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _back(own: Array, after: Array, x: Array, y: Array) -> None:
     """x <- own x - after y."""
     x0, x1, x2, x3, x4, x5 = x[0], x[1], x[2], x[3], x[4], x[5]

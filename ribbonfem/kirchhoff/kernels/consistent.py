@@ -66,7 +66,7 @@ def _impulse_residual(
     for e in range(rod.weights.shape[0]):
         for k in range(P):
             _interpolate(rod, e, k, g, s.q, s.p)
-            _, pull = _bend(rod, rod.soft, s.q, s.p, m.n[e, k], s.gq, s.gp, s.tangent)
+            pull = _bend(rod, rod.soft, s.q, s.p, m.n[e, k], s.gq, s.gp, s.tangent)
             weight = rod.weights[e, k]
             stretch = 1.0 + rod.soft * pull
             # rates of the interpolated quaternion, by t.spin, and by t.turning alone twice

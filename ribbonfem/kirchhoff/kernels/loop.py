@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.compiled.copies import copy
+from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp, Scheme, Verbs
@@ -18,7 +18,7 @@ from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean_kinetic
 from .consistent import project, tangents
 from .newton import guess, newton, remember
-from .tangent import OPTIONS, P, Rod, Solver, add_element, clamp_moment
+from .tangent import OPTIONS, P, Rod, clamp_moment, elastic_energy
 
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
 CREEP, LEAST = 0.1, 0.01
@@ -42,19 +42,9 @@ def _kinetic(rod: Rod, v: Array) -> float:
 
 
 @compiled(**OPTIONS)
-def _elastic(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
-    """Elastic energy; overwrites residuals."""
-    for i in range(g.shape[0]):
-        for c in range(3):
-            s.fr[i, c] = s.fp[i, c] = 0.0
-    total = 0.0
-    for e in range(rod.weights.shape[0]):
-        total += add_element(rod, s, e, x, g, n)
-    return total
-
-
-@compiled(**OPTIONS)
-def _known(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, float, float]:
+def _known(
+    m: Scheme, y: Motion, t: Scratch, i: int, h: float, gyroscopic: bool
+) -> tuple[float, float, float]:
     """Put what a stage knows in t.xp, t.vp, t.tp; return b, f and ft of x = xp + b a, and so on."""
     nodes = y.x.shape[0]
     if m.kind != DIRK:
@@ -70,19 +60,16 @@ def _known(m: Scheme, y: Motion, t: Scratch, i: int, h: float) -> tuple[float, f
                 t.tp[node, c] = y.tangent[node, c] + 0.5 * h * y.turning[node, c]
         return m.r1 * h * h * share, m.v1 * h * share, 0.5 * h
     diagonal = h * m.a[i, i]
-    for node in range(1, nodes - 1):
-        for c in range(4):
-            v, x = y.v[node, c], y.x[node, c]
-            for j in range(i):
-                v += h * m.a[i, j] * t.stage_a[j, node, c]
-                x += h * m.a[i, j] * t.stage_v[j, node, c]
-            t.vp[node, c] = v
-            t.xp[node, c] = x + diagonal * v
-        for c in range(3):
-            tangent = y.tangent[node, c]
-            for j in range(i):
-                tangent += h * m.a[i, j] * t.stage_turning[j, node, c]
-            t.tp[node, c] = tangent
+    copy(y.v, t.vp)
+    copy(y.x, t.xp)
+    for j in range(i):
+        add(t.stage_a[j], h * m.a[i, j], t.vp)
+        add(t.stage_v[j], h * m.a[i, j], t.xp)
+    add(t.vp, diagonal, t.xp)
+    if gyroscopic:
+        copy(y.tangent, t.tp)
+        for j in range(i):
+            add(t.stage_turning[j], h * m.a[i, j], t.tp)
     return diagonal * diagonal, diagonal, diagonal
 
 
@@ -126,7 +113,7 @@ def _ready(
     model: Moving, m: Scheme, clock: Array, i: int, h: float, at: float, angle: float
 ) -> tuple[float, float, float]:
     """What a stage knows, as `_known`, and its guesses, the clamp at its angle."""
-    b, f, ft = _known(m, model.motion, model.scratch, i, h)
+    b, f, ft = _known(m, model.motion, model.scratch, i, h, model.rod.gyroscopic)
     guess(model.scratch, clock, at)
     _set_clamp(model.scratch.g, angle)
     return b, f, ft
@@ -270,7 +257,7 @@ def _energies(model: Moving, x: Array, g: Array, n: Array, v: Array) -> tuple[fl
     for e in range(rod.weights.shape[0]):
         for k in range(P):
             load -= rod.weights[e, k] * n[e, k, 0]
-    return _kinetic(rod, v), _elastic(rod, s, x, g, n), clamp_moment(rod, s, x, g, n), load
+    return _kinetic(rod, v), elastic_energy(rod, s, g, n), clamp_moment(rod, s, x, g, n), load
 
 
 @compiled(**OPTIONS)

@@ -7,10 +7,10 @@ import math
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
-from .tangent import OPTIONS
+from .tangent import INLINED, OPTIONS
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     """g <- g exp(psi / 2) at node i, with psi = (a, b, c)."""
     square = 0.25 * (a * a + b * b + c * c)
@@ -33,7 +33,7 @@ def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scale * w1, scale * x1, scale * y1, scale * z1
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def twist(g0: Array, g: Array, i: int) -> float:
     """theta of node i: of conj(g0) g about the tangent, in (-pi, pi]."""
     w, x, y, z = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]

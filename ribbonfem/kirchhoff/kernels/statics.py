@@ -36,75 +36,82 @@ def point(
     """Density of the Lagrangian at a Gauss point: derivatives in q and p.
 
     f = 1/2 sum_a stiff_a kappa_a^2 - n.t - soft/2 (n.t)^2.  Fills gq, gp (4,), hess (8, 8; blocks
-    qq, qp and pp), the tangent (3,) and dt (3, 4) = d tangent / dq; work (4, 4) is overwritten.
+    qq, qp and pp), the tangent (3,) and dt (3, 4) = d tangent / dq; work (8, 4) is overwritten.
     """
-    square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
-    inverse = 1.0 / square
-    kq, kp, v, w = work[0], work[1], work[2], work[3]
-    for r in range(4):
-        gq[r] = 0.0
-        gp[r] = 0.0
-    for r in range(8):
-        for c in range(8):
-            hess[r, c] = 0.0
-    # kappa_a = 2 q.A_a p / |q|^2; v = A_a p and w = A_a^T q, its derivatives in q and p
-    for a in range(3):
-        i, j, k = a + 1, (a + 1) % 3 + 1, (a + 2) % 3 + 1
-        # Im(conj(q) p)_i = q0 p_i - q_i p0 - q_j p_k + q_k p_j
-        v[0] = p[i]
-        v[i] = -p[0]
-        v[j] = -p[k]
-        v[k] = p[j]
-        w[0] = -q[i]
-        w[i] = q[0]
-        w[j] = q[k]
-        w[k] = -q[j]
-        u = q[0] * v[0] + q[i] * v[i] + q[j] * v[j] + q[k] * v[k]
-        kappa = 2.0 * u * inverse
-        for r in range(4):
-            kq[r] = 2.0 * (v[r] - kappa * q[r]) * inverse
-            kp[r] = 2.0 * w[r] * inverse
-        stiffness = stiff[a]
-        moment = stiffness * kappa
-        for r in range(4):
-            gq[r] += moment * kq[r]
-            gp[r] += moment * kp[r]
-            left = stiffness * kq[r] - 2.0 * inverse * moment * q[r]
-            other = 2.0 * inverse * moment * kq[r]
-            for c in range(4):
-                hess[r, c] += left * kq[c] - other * q[c]
-                # d kp_c / d q_r without its antisymmetric part, which comes below
-                hess[r, 4 + c] += left * kp[c]
-                hess[4 + r, 4 + c] += stiffness * kp[r] * kp[c]
-            hess[r, r] -= 2.0 * inverse * moment * kappa
-        # kappa_qp = (2 A - 2 q kp^T) / |q|^2: its first part
-        twice = 2.0 * inverse * moment
-        hess[0, 4 + i] += twice
-        hess[i, 4] -= twice
-        hess[j, 4 + k] -= twice
-        hess[k, 4 + j] += twice
+    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
+    p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
+    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+    twice = 2.0 * inverse
+    # kappa_a = 2 q.A_a p / |q|^2: the rows of work are its derivatives in q, for now A_a p, and in p
+    work[0, 0], work[0, 1], work[0, 2], work[0, 3] = p1, -p0, -p3, p2
+    work[1, 0], work[1, 1], work[1, 2], work[1, 3] = p2, p3, -p0, -p1
+    work[2, 0], work[2, 1], work[2, 2], work[2, 3] = p3, -p2, p1, -p0
+    work[3, 0], work[3, 1], work[3, 2], work[3, 3] = -q1 * twice, q0 * twice, q3 * twice, -q2 * twice
+    work[4, 0], work[4, 1], work[4, 2], work[4, 3] = -q2 * twice, -q3 * twice, q0 * twice, q1 * twice
+    work[5, 0], work[5, 1], work[5, 2], work[5, 3] = -q3 * twice, q2 * twice, -q1 * twice, q0 * twice
+    s0, s1, s2 = stiff[0], stiff[1], stiff[2]
+    k0 = twice * (q0 * p1 - q1 * p0 - q2 * p3 + q3 * p2)
+    k1 = twice * (q0 * p2 - q2 * p0 - q3 * p1 + q1 * p3)
+    k2 = twice * (q0 * p3 - q3 * p0 - q1 * p2 + q2 * p1)
+    m0, m1, m2 = s0 * k0, s1 * k1, s2 * k2
     # t = (w^2 + x^2 - y^2 - z^2, 2 (x y + w z), 2 (x z - w y)) / |q|^2
-    tangent[0] = (q[0] * q[0] + q[1] * q[1] - q[2] * q[2] - q[3] * q[3]) * inverse
-    tangent[1] = 2.0 * (q[1] * q[2] + q[0] * q[3]) * inverse
-    tangent[2] = 2.0 * (q[1] * q[3] - q[0] * q[2]) * inverse
-    dt[0, 0], dt[0, 1], dt[0, 2], dt[0, 3] = q[0], q[1], -q[2], -q[3]
-    dt[1, 0], dt[1, 1], dt[1, 2], dt[1, 3] = q[3], q[2], q[1], q[0]
-    dt[2, 0], dt[2, 1], dt[2, 2], dt[2, 3] = -q[2], q[3], -q[0], q[1]
-    pull = force[0] * tangent[0] + force[1] * tangent[1] + force[2] * tangent[2]
-    for b in range(3):
-        for r in range(4):
-            dt[b, r] = 2.0 * (dt[b, r] - tangent[b] * q[r]) * inverse
-    for r in range(4):
-        v[r] = force[0] * dt[0, r] + force[1] * dt[1, r] + force[2] * dt[2, r]
+    tangent[0] = (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) * inverse
+    tangent[1] = twice * (q1 * q2 + q0 * q3)
+    tangent[2] = twice * (q1 * q3 - q0 * q2)
+    dt[0, 0], dt[0, 1], dt[0, 2], dt[0, 3] = q0, q1, -q2, -q3
+    dt[1, 0], dt[1, 1], dt[1, 2], dt[1, 3] = q3, q2, q1, q0
+    dt[2, 0], dt[2, 1], dt[2, 2], dt[2, 3] = -q2, q3, -q0, q1
+    n0, n1, n2 = force[0], force[1], force[2]
+    pull = n0 * tangent[0] + n1 * tangent[1] + n2 * tangent[2]
     stretch = 1.0 + soft * pull
+    diagonal = twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2)
     for r in range(4):
-        gq[r] -= stretch * v[r]
+        for b in range(3):
+            dt[b, r] = twice * (dt[b, r] - tangent[b] * q[r])
+        work[0, r] = twice * (work[0, r] - k0 * q[r])
+        work[1, r] = twice * (work[1, r] - k1 * q[r])
+        work[2, r] = twice * (work[2, r] - k2 * q[r])
+        v = n0 * dt[0, r] + n1 * dt[1, r] + n2 * dt[2, r]
+        moment = m0 * work[0, r] + m1 * work[1, r] + m2 * work[2, r]
+        gq[r] = moment - stretch * v
+        gp[r] = m0 * work[3, r] + m1 * work[4, r] + m2 * work[5, r]
+        work[6, r] = v
+        work[7, r] = twice * (stretch * v - moment)
+    for r in range(4):
+        a0, a1, a2 = s0 * work[0, r], s1 * work[1, r], s2 * work[2, r]
+        b0, b1, b2 = s0 * work[3, r], s1 * work[4, r], s2 * work[5, r]
+        # d kappa_p / dq without its antisymmetric part, which comes below
+        part = twice * q[r]
+        c0, c1, c2 = a0 - part * m0, a1 - part * m1, a2 - part * m2
+        part, z, v = q[r], work[7, r], soft * work[6, r]
         for c in range(4):
-            hess[r, c] += 2.0 * stretch * inverse * (q[r] * v[c] + v[r] * q[c]) - soft * v[r] * v[c]
-        hess[r, r] += 2.0 * stretch * inverse * pull
+            hess[r, c] = (
+                a0 * work[0, c]
+                + a1 * work[1, c]
+                + a2 * work[2, c]
+                + part * work[7, c]
+                + z * q[c]
+                - v * work[6, c]
+            )
+            hess[r, 4 + c] = c0 * work[3, c] + c1 * work[4, c] + c2 * work[5, c]
+            hess[4 + r, 4 + c] = b0 * work[3, c] + b1 * work[4, c] + b2 * work[5, c]
+        hess[r, r] += diagonal
+    m0, m1, m2 = twice * m0, twice * m1, twice * m2
+    hess[0, 5] += m0
+    hess[1, 4] -= m0
+    hess[2, 7] -= m0
+    hess[3, 6] += m0
+    hess[0, 6] += m1
+    hess[2, 4] -= m1
+    hess[3, 5] -= m1
+    hess[1, 7] += m1
+    hess[0, 7] += m2
+    hess[3, 4] -= m2
+    hess[1, 6] -= m2
+    hess[2, 5] += m2
     # second derivative of n.(|q|^2 t)
-    twice = 2.0 * stretch * inverse
-    x, y, z = twice * force[0], twice * force[1], twice * force[2]
+    part = twice * stretch
+    x, y, z = part * n0, part * n1, part * n2
     hess[0, 0] -= x
     hess[1, 1] -= x
     hess[2, 2] += x
@@ -174,7 +181,7 @@ def assemble(
     column[:] = 0.0
     q, p, gq, gp = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     hess, tangent, dt = np.empty((8, 8)), np.empty(3), np.empty((3, 4))
-    pulled, work = np.empty(4), np.empty((4, 4))
+    pulled, work = np.empty(4), np.empty((8, 4))
     block = np.empty((size, size, 4, 4))
     right = np.empty((size, 8, 4))
     gradient = np.empty((size, 4))

@@ -47,6 +47,8 @@ STIFF = 1e12
 SMALL = 1e-7
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+# of what is called for an element, a point or a node: to hand over these tuples costs more than its work
+INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
 
 
 class Rod(NamedTuple):
@@ -134,7 +136,7 @@ def solver(elements: int) -> Solver:
 # --- one Gauss point, one element ----------------------------------------------------------------
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None:
     """The quaternion (not normalised) and its derivative at a Gauss point."""
     for c in range(4):
@@ -146,11 +148,40 @@ def _interpolate(rod: Rod, e: int, k: int, g: Array, q: Array, p: Array) -> None
         p[c] = slope
 
 
+@compiled(**INLINED)
+def _strains(q: Array, p: Array, tangent: Array) -> tuple[float, float, float, float]:
+    """1 / |q|^2 and tau, -kappa2, kappa1; fills the tangent."""
+    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
+    p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
+    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+    tangent[0] = inverse * (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3)
+    tangent[1] = 2.0 * inverse * (q1 * q2 + q0 * q3)
+    tangent[2] = 2.0 * inverse * (q1 * q3 - q0 * q2)
+    return (
+        inverse,
+        2.0 * inverse * (q0 * p1 - q1 * p0 - q2 * p3 + q3 * p2),
+        2.0 * inverse * (q0 * p2 - q2 * p0 - q3 * p1 + q1 * p3),
+        2.0 * inverse * (q0 * p3 - q3 * p0 - q1 * p2 + q2 * p1),
+    )
+
+
 @compiled(**OPTIONS)
-def _bend(
-    rod: Rod, soft: float, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array
-) -> tuple[float, float]:
-    """Derivatives in q and p of the density, the tangent; returns its energy without n, and n.t.
+def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
+    """Of bending, twist and stretch."""
+    total = 0.0
+    for e in range(rod.weights.shape[0]):
+        for k in range(P):
+            _interpolate(rod, e, k, g, s.q, s.p)
+            _, k1, k2, k3 = _strains(s.q, s.p, s.tangent)
+            pull = n[e, k, 0] * s.tangent[0] + n[e, k, 1] * s.tangent[1] + n[e, k, 2] * s.tangent[2]
+            twice = rod.stiff[0] * k1 * k1 + rod.stiff[1] * k2 * k2 + rod.stiff[2] * k3 * k3
+            total += 0.5 * rod.weights[e, k] * (twice + rod.soft * pull * pull)
+    return total
+
+
+@compiled(**INLINED)
+def _bend(rod: Rod, soft: float, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array) -> float:
+    """Derivatives in q and p of the density, the tangent; returns n.t.
 
     The same as `statics.point` without second derivatives, in products of quaternions:
     with m the body moment, d(m.kappa) is 2 q m along dp and -2 p m along dq, and d(n.t) is
@@ -158,15 +189,9 @@ def _bend(
     """
     q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
     p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
-    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
-    k1 = 2.0 * inverse * (q0 * p1 - q1 * p0 - q2 * p3 + q3 * p2)
-    k2 = 2.0 * inverse * (q0 * p2 - q2 * p0 - q3 * p1 + q1 * p3)
-    k3 = 2.0 * inverse * (q0 * p3 - q3 * p0 - q1 * p2 + q2 * p1)
+    inverse, k1, k2, k3 = _strains(q, p, tangent)
     m1, m2, m3 = rod.stiff[0] * k1, rod.stiff[1] * k2, rod.stiff[2] * k3
     twice = m1 * k1 + m2 * k2 + m3 * k3
-    tangent[0] = inverse * (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3)
-    tangent[1] = 2.0 * inverse * (q1 * q2 + q0 * q3)
-    tangent[2] = 2.0 * inverse * (q1 * q3 - q0 * q2)
     pull = n[0] * tangent[0] + n[1] * tangent[1] + n[2] * tangent[2]
     stretch = 1.0 + soft * pull
     # n q
@@ -184,10 +209,10 @@ def _bend(
     gq[1] = inverse * (p3 * m2 - p0 * m1 - p2 * m3 - along * q1 + stretch * w0)
     gq[2] = inverse * (p1 * m3 - p0 * m2 - p3 * m1 - along * q2 + stretch * w3)
     gq[3] = inverse * (p2 * m1 - p0 * m3 - p1 * m2 - along * q3 - stretch * w2)
-    return 0.5 * twice, pull
+    return pull
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _body(g: Array, i: int, f: Array, c: int) -> float:
     """Component c of half of Im(conj(g) f): the moment about the body of a derivative f in g."""
     if c == 0:
@@ -197,19 +222,17 @@ def _body(g: Array, i: int, f: Array, c: int) -> float:
     return 0.5 * (g[i, 0] * f[3] - g[i, 3] * f[0] - g[i, 1] * f[2] + g[i, 2] * f[1])
 
 
-@compiled(**OPTIONS)
-def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> float:
-    """Add an element's forces and moments to s.fr and s.fp, put its gaps in s.fn; elastic energy."""
-    energy = 0.0
+@compiled(**INLINED)
+def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> None:
+    """Add an element's forces and moments to s.fr and s.fp, put its gaps in s.fn."""
     gradient = s.gradient
     for i in range(P + 1):
         for c in range(4):
             gradient[i, c] = 0.0
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
-        bending, pull = _bend(rod, rod.soft, s.q, s.p, n[e, k], s.gq, s.gp, s.tangent)
+        pull = _bend(rod, rod.soft, s.q, s.p, n[e, k], s.gq, s.gp, s.tangent)
         weight = rod.weights[e, k]
-        energy += weight * (bending + 0.5 * rod.soft * pull * pull)
         stretch = weight * (1.0 + rod.soft * pull)
         for c in range(3):
             gap = 0.0
@@ -225,24 +248,21 @@ def add_element(rod: Rod, s: Solver, e: int, x: Array, g: Array, n: Array) -> fl
     for i in range(P + 1):
         for c in range(3):
             s.fp[e * P + i, c] += _body(g, e * P + i, gradient[i], c)
-    return energy
 
 
 @compiled(**OPTIONS)
-def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) -> float:
-    """Residuals in s.fr, s.fp, s.fn, with inertial forces of `force` (nodes, 4) a mass; elastic energy."""
-    energy = 0.0
+def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) -> None:
+    """Residuals in s.fr, s.fp, s.fn, with inertial forces of `force` (nodes, 4) a mass."""
     for i in range(g.shape[0]):
         for c in range(3):
             s.fr[i, c] = rod.inertia[i, c] * force[i, c]
             s.fp[i, c] = 0.0
         s.fp[i, 0] = rod.inertia[i, 3] * force[i, 3]
     for e in range(rod.weights.shape[0]):
-        energy += add_element(rod, s, e, x, g, n)
-    return energy
+        add_element(rod, s, e, x, g, n)
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
     """Derivatives of (q, p) at a Gauss point by the rotations of the element's nodes, in s.columns."""
     for i in range(P + 1):
@@ -258,7 +278,7 @@ def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
             s.columns[r + 3, j], s.columns[r + 3, j + 1], s.columns[r + 3, j + 2] = -c, b, a
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impulsive: bool) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations (s.columns)."""
     local = s.local[e]
@@ -295,7 +315,7 @@ def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impul
                 local[TURN0 + 3 * i + c, row + b] = out[6 + 3 * i + c]
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _fill_turns(rod: Rod, s: Solver, e: int, k: int, g: Array) -> None:
     """Add a Gauss point's share of the second derivatives in the rotations to s.turns (lower triangle)."""
     weight, strip = rod.weights[e, k], s.columns.shape[1]
