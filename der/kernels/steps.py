@@ -24,10 +24,10 @@ from .arrays import (
 )
 from .band import FIRST, WIDTH, factor, solve
 from .energy import assemble
-from .frames import OPTIONS, carry, edges
+from .frames import INLINED, OPTIONS, carry, edges
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def sum_up(rod, m1, twist, s, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
     assemble(
@@ -46,7 +46,7 @@ def sum_up(rod, m1, twist, s, second, nodes):
     )
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _place(rod, angle, x0, dq):
     """Increments of the left clamp's two nodes to an angle."""
     for i in range(2):
@@ -54,7 +54,7 @@ def _place(rod, angle, x0, dq):
             dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _configure(motion, s, dq, share):
     """The configuration s.x, its edges and frames, at a share of the increments dq of a step."""
     nodes = motion.x.shape[0]
@@ -66,7 +66,7 @@ def _configure(motion, s, dq, share):
     carry(motion.tangent, motion.m1, motion.twist, s.tangent, s.turn, s.m1, s.twist)
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def _evaluate(rod, motion, s, dq, mean, second):
     """Forces in s.gradient, and with `second` their derivative in dq in s.factors.
 
@@ -144,7 +144,7 @@ def _newton(rod, motion, s, dq, c, b, policy):
     return -30
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def largest_move(values, first, last):
     """Largest component of the positions among interleaved values."""
     size = 0.0
@@ -154,7 +154,7 @@ def largest_move(values, first, last):
     return size
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def clamp_angle(ramp, time):
     """Clamp angle at a time; exactly `stop` from the kink on."""
     turned = abs(ramp.rate) * time
@@ -284,7 +284,7 @@ def attempt(rod, motion, s, ramp, policy, h):
     return count, error
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def clamp_moment(rod, gradient, angle):
     """Moment (of the clamp on the ribbon, along growing angle) from the reaction of the left nodes."""
     total = 0.0
