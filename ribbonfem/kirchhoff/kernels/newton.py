@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ribbonfem.compiled.copies import copy
+from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
@@ -20,7 +20,7 @@ from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Sc
 from .condensed import factorise, solve
 from .consistent import tangents
 from .rotations import rotate, twist
-from .tangent import OPTIONS, P, Rod, Solver, fill_element, residual
+from .tangent import INLINED, OPTIONS, P, Rod, Solver, fill_element, residual
 
 NEWTON_LIMIT = 20
 # relative change of 1 / (step)^2 for which factors are kept
@@ -66,11 +66,26 @@ def make_factors(rod: Rod, s: Solver, g: Array, n: Array, sigma: float, clock: A
 @compiled(**OPTIONS)
 def size_of(s: Solver) -> float:
     """The largest increment of a position, or of a rotation counted as one."""
-    size = 0.0
+    # (one maximum for each component: they do not wait for each other)
+    r0 = r1 = r2 = p0 = p1 = p2 = 0.0
     for i in range(1, s.fr.shape[0] - 1):
-        for c in range(3):
-            size = max(size, abs(s.fr[i, c]), ANGLE * abs(s.fp[i, c]))
-    return size
+        r0, r1, r2 = max(r0, abs(s.fr[i, 0])), max(r1, abs(s.fr[i, 1])), max(r2, abs(s.fr[i, 2]))
+        p0, p1, p2 = max(p0, abs(s.fp[i, 0])), max(p1, abs(s.fp[i, 1])), max(p2, abs(s.fp[i, 2]))
+    return max(r0, r1, r2, ANGLE * p0, ANGLE * p1, ANGLE * p2)
+
+
+@compiled(**INLINED)
+def _rates(t: Scratch, g0: Array, b: float, f: float) -> None:
+    """Twists, and the accelerations and velocities that go with the positions."""
+    inner = range(4, t.x.size - 4)
+    inverse = 1.0 / b
+    for i in range(1, g0.shape[0] - 1):
+        t.x[i, 3] = twist(g0, t.g, i)
+    # (a loop for each: of more arrays the compiler does not ask whether they overlap, and makes no vectors)
+    for k in inner:
+        t.a.flat[k] = (t.x.flat[k] - t.xp.flat[k]) * inverse
+    for k in inner:
+        t.v.flat[k] = t.vp.flat[k] + f * t.a.flat[k]
 
 
 @compiled(**OPTIONS)
@@ -104,19 +119,14 @@ def newton(
     tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
     before = rate = 0.0
     made = 0
-    for i in range(1, nodes - 1):
-        for c in range(3):
-            t.x[i, c] = t.xp[i, c] + b * t.a[i, c]
+    for k in range(4, t.x.size - 4):
+        t.x.flat[k] = t.xp.flat[k] + b * t.a.flat[k]
     iteration = 0
     while iteration < NEWTON_LIMIT:
         iteration += 1
-        for i in range(1, nodes - 1):
-            t.x[i, 3] = twist(g0, t.g, i)
-            for c in range(4):
-                acceleration = (t.x[i, c] - t.xp[i, c]) / b
-                t.a[i, c] = acceleration
-                t.v[i, c] = t.vp[i, c] + f * acceleration
-                t.force[i, c] = acceleration + nu * t.v[i, c]
+        _rates(t, g0, b, f)
+        for k in range(t.force.size):
+            t.force.flat[k] = t.a.flat[k] + nu * t.v.flat[k]
         residual(rod, s, t.x, t.g, t.n, t.force)
         if rod.gyroscopic:
             tangents(t.g, t.tangent)
@@ -144,11 +154,7 @@ def newton(
             rate = clock[FORETOLD]
         left = size * rate / (1.0 - rate) if rate > 0.0 else size
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
-            for i in range(1, nodes - 1):
-                t.x[i, 3] = twist(g0, t.g, i)
-                for c in range(4):
-                    t.a[i, c] = (t.x[i, c] - t.xp[i, c]) / b
-                    t.v[i, c] = t.vp[i, c] + f * t.a[i, c]
+            _rates(t, g0, b, f)
             if rod.gyroscopic:
                 tangents(t.g, t.tangent)
                 for i in range(1, nodes - 1):
@@ -175,6 +181,16 @@ def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array
     copy(a, t.known_a[slot])
 
 
+@compiled(**INLINED)
+def _sum_up(known: Array, weights: Array, newest: int, count: int, total: Array) -> None:
+    """The sum of the last stages, each with its weight."""
+    weight, source = weights[0], known[newest % MEMORY]
+    for k in range(total.size):
+        total.flat[k] = weight * source.flat[k]
+    for j in range(1, count):
+        add(known[(newest - j) % MEMORY], weights[j], total)
+
+
 @compiled(**OPTIONS)
 def guess(t: Scratch, clock: Array, time: float) -> None:
     """Guesses of g, n and a at a time, from the polynomial through the last stages known."""
@@ -188,24 +204,14 @@ def guess(t: Scratch, clock: Array, time: float) -> None:
                 ti = t.known_time[(known - 1 - i) % MEMORY]
                 weight *= (time - ti) / (tj - ti)
         t.lagrange[j] = weight
-    nodes = t.g.shape[0]
-    for i in range(1, nodes - 1):
-        for c in range(4):
-            g = a = 0.0
-            for j in range(count):
-                slot = (known - 1 - j) % MEMORY
-                g += t.lagrange[j] * t.known_g[slot, i, c]
-                a += t.lagrange[j] * t.known_a[slot, i, c]
-            t.g[i, c] = g
-            t.a[i, c] = a
+    right = t.g.shape[0] - 1
+    _sum_up(t.known_g, t.lagrange, known - 1, count, t.g)
+    _sum_up(t.known_a, t.lagrange, known - 1, count, t.a)
+    _sum_up(t.known_n, t.lagrange, known - 1, count, t.n)
+    for i in range(1, right):
         w, x, y, z = t.g[i, 0], t.g[i, 1], t.g[i, 2], t.g[i, 3]
         scale = 1.0 / np.sqrt(w * w + x * x + y * y + z * z)
-        for c in range(4):
-            t.g[i, c] *= scale
-    for e in range(t.n.shape[0]):
-        for k in range(P):
-            for c in range(3):
-                n = 0.0
-                for j in range(count):
-                    n += t.lagrange[j] * t.known_n[(known - 1 - j) % MEMORY, e, k, c]
-                t.n[e, k, c] = n
+        t.g[i, 0], t.g[i, 1], t.g[i, 2], t.g[i, 3] = scale * w, scale * x, scale * y, scale * z
+    # (the clamp's, to the last digit)
+    for c in range(4):
+        t.g[right, c] = t.known_g[(known - 1) % MEMORY, right, c]
