@@ -70,6 +70,34 @@ def test_a_change_in_another_file_is_seen(tmp_path):
     assert said == [["3.0", "0"], ["3.0", "1"], ["4.0", "0"]]
 
 
+def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
+    """An installation over an older one finds code kept of arguments that it does not have any more."""
+    room = tmp_path / "ribbonfem" / "kernels"
+    room.mkdir(parents=True)
+    (room.parent / "__init__.py").write_text(f"__path__.append({str(ROOT / 'ribbonfem')!r})\n")
+    (room / "__init__.py").write_text("")
+    (room / "field.py").write_text(
+        "from ribbonfem.compiled.decorator import compiled\n\n"
+        "@compiled()\ndef first(pair):\n    return pair[0]\n"
+    )
+    pair = "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n    b: float\n"
+    (tmp_path / "old.py").write_text(pair)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(tmp_path),
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    for arguments in ("__import__('old').Pair(1.0, 2.0)", "(3.0, 4.0)"):
+        script = f"from ribbonfem.kernels.field import first; print(first({arguments}))"
+        run = subprocess.run(
+            [sys.executable, "-c", script], env=environment, cwd=tmp_path, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stderr
+        (tmp_path / "old.py").unlink(missing_ok=True)
+    assert run.stdout == "3.0\n"
+
+
 @pytest.mark.parametrize("module", KERNELS)
 def test_what_compiled_code_takes_comes_from_files_of_kernels(module):
     """A constant from another file would be frozen into the code that is kept, and not be in its key."""

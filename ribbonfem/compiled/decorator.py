@@ -13,7 +13,7 @@ import ast
 import hashlib
 import warnings
 from collections.abc import Callable, Iterator
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -43,13 +43,23 @@ def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Callable[.
             kept = dispatcher._cache._cache_file
             # an attribute that is not there would be made by assignment, and mean nothing
             kept._source_stamp  # noqa: B018
+            load = kept._load_index
         except AttributeError:
             _warn_once()
             return njit(nogil=True, _nrt=allocates, **options)(function)
         kept._source_stamp = digest(function.__module__)
+        kept._load_index = partial(_readable, load)
         return dispatcher
 
     return decorate
+
+
+def _readable(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """What is kept of a function; nothing if of arguments whose class this release does not have."""
+    try:
+        return load()
+    except (ImportError, AttributeError):
+        return {}
 
 
 @lru_cache(maxsize=1)
