@@ -18,7 +18,7 @@ from compare.sweep import Progress, Sweep
 from der import profile
 from ribbonfem import History, Scene, kirchhoff
 
-from .registry import Question
+from ..registry import Question
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.6)
 SLOW = Scene(compression=0.40, shear=0.40, rate=0.01, damping=10.0, stop=0.6)
