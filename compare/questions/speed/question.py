@@ -19,6 +19,7 @@ from der import profile
 from ribbonfem import History, Scene, kirchhoff
 
 from ..registry import Question
+from . import equal_error as equal
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.6)
 SLOW = Scene(compression=0.40, shear=0.40, rate=0.01, damping=10.0, stop=0.6)
@@ -69,6 +70,7 @@ class Speed:
     unit: of the reference kernel.
     start: best and median of the static start.
     parts: of a Newton iteration.
+    prices: rows of ribbons by elements and by rods at an equal error, if they were asked for.
     """
 
     nodes: int
@@ -79,6 +81,7 @@ class Speed:
     start: tuple[float, float]
     scenes: tuple[list[Any], ...]
     parts: dict[str, float]
+    prices: tuple[list[Any], ...] = ()
 
 
 def _run(scene: Scene, nodes: int | None, tolerance: float | None = None) -> History:
@@ -102,12 +105,16 @@ def _ramp(
     return row + [stats["steps"], stats["newton_iterations"], stats["rejected"]]
 
 
-def main(*, nodes: int = 51, repeats: int = 5, sweep: Sweep | None = None) -> Speed:
+def main(
+    *, nodes: int = 51, repeats: int = 5, equal_error: bool = False, sweep: Sweep | None = None
+) -> Speed:
     """Measure the rod's time loop on one core: steps a second, time a Newton iteration, a profile.
 
     Implicit Euler at 1e-3 s with Newton stopped at an update below 1e-8 L; the static start; the
     slow scenes of the delay and skipping studies to 1e-4 in their snap angles, with the error
     of each beside its time.  Every time also as a multiple of a fixed reference kernel.
+    --equal-error: what a ribbon's snap costs by elements and by the rods at their best too, on four
+    scenes, which takes two minutes.
     """
     progress = sweep.progress if sweep else Progress()
     for method, step in (("implicit-euler", 1e-3), ("tr-bdf2", None)):
@@ -143,6 +150,7 @@ def main(*, nodes: int = 51, repeats: int = 5, sweep: Sweep | None = None) -> Sp
         start=start,
         scenes=tuple(scenes),
         parts=parts_of_an_iteration(nodes),
+        prices=tuple(equal.compared(repeats, progress)) if equal_error else (),
     )
 
 
@@ -178,6 +186,7 @@ def tables(found: Speed) -> list[Table]:
         ["static start, s", *found.start, found.start[0] / unit],
     ]
     parts = (*_stacked(found.parts)[0].items(), ("forces alone", found.parts["forces"]))
+    priced = [equal.table(found.prices)] if found.prices else []
     return [
         Table(
             "The loop alone",
@@ -201,6 +210,7 @@ def tables(found: Speed) -> list[Table]:
             [[name, 1e6 * seconds] for name, seconds in parts],
             ["s", ".2f"],
         ),
+        *priced,
     ]
 
 
@@ -228,6 +238,7 @@ def values(found: Speed) -> dict[str, Any]:
         "start": list(found.start),
         "scenes": list(found.scenes),
         "parts": found.parts,
+        "prices": list(found.prices),
     }
 
 
