@@ -150,6 +150,6 @@ def table(rows: Sequence[list[Any]]) -> Table:
         ["s", ".0e", ".1f", "s", ".1f", "s", ".2f", ".2f", ".0e"],
         "From U+S-, 0.1 rad/s, nu 1, the start included, least of all rounds. Both stretch. The cheapest of "
         "every mesh, method and tolerance, and of rods of two meshes extrapolated, whose error, and that of "
-        "every tighter tolerance, is below the given one. Errors are from the elements' limit; the last column "
-        "is how far the rods' own is from it.",
+        "every tighter tolerance, is below the given one. Errors are from the elements' limit; the last "
+        "column is how far the rods' own is from it.",
     )
