@@ -114,7 +114,7 @@ def main(
     slow scenes of the delay and skipping studies to 1e-4 in their snap angles, with the error
     of each beside its time.  Every time also as a multiple of a fixed reference kernel.
     --equal-error: what a ribbon's snap costs by elements and by the rods at their best too, on four
-    scenes, which takes two minutes.
+    scenes.
     """
     progress = sweep.progress if sweep else Progress()
     for method, step in (("implicit-euler", 1e-3), ("tr-bdf2", None)):
@@ -245,7 +245,7 @@ def values(found: Speed) -> dict[str, Any]:
 QUESTION = Question(
     name="speed",
     title="The rod's time loop",
-    takes="half a minute",
+    takes="half a minute; with --equal-error two",
     main=main,
     words=words,
     tables=tables,
