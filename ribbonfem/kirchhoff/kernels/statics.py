@@ -182,8 +182,9 @@ def assemble(
     q, p, gq, gp = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     hess, tangent, dt = np.empty((8, 8)), np.empty(3), np.empty((3, 4))
     pulled, work = np.empty(4), np.empty((8, 4))
-    block = np.empty((size, size, 4, 4))
-    right = np.empty((size, 8, 4))
+    # second derivatives in two nodes' quaternions, 4 by 4 numbers a pair in one row: long sums are vectors
+    block = np.empty((size, 16 * size))
+    of_q, of_p = np.empty(16 * size), np.empty(16 * size)
     gradient = np.empty((size, 4))
     rows = np.empty((3, size, 4))
     half = np.empty((4, 3))
@@ -220,14 +221,12 @@ def assemble(
                         rows[b, i, r] -= n * (stretch * dt[b, r] + soft * tangent[b] * pulled[r])
                 for r in range(4):
                     for c in range(4):
-                        right[i, r, c] = n * hess[r, c] + d * hess[r, 4 + c]
-                        right[i, 4 + r, c] = n * hess[c, 4 + r] + d * hess[4 + r, 4 + c]
+                        of_q[16 * i + 4 * r + c] = n * hess[r, c] + d * hess[r, 4 + c]
+                        of_p[16 * i + 4 * r + c] = n * hess[c, 4 + r] + d * hess[4 + r, 4 + c]
             for i in range(size):
-                for j in range(i + 1):
-                    n, d = value[k, i], slope[e, k, i]
-                    for r in range(4):
-                        for c in range(4):
-                            block[i, j, r, c] += n * right[j, r, c] + d * right[j, 4 + r, c]
+                n, d, pairs = value[k, i], slope[e, k, i], block[i]
+                for c in range(16 * (i + 1)):
+                    pairs[c] += n * of_q[c] + d * of_p[c]
         for i in range(size):
             a = first + i - 1
             if a < 0 or a >= inner:
@@ -246,13 +245,13 @@ def assemble(
                 if e == 0 and j == 0:
                     for r in range(4):
                         for c in range(4):
-                            column[4 * a + r] += block[i, 0, r, c] * turning[c]
+                            column[4 * a + r] += block[i, 4 * r + c] * turning[c]
                     continue
                 for r in range(4):
                     for s in range(3):
                         half[r, s] = 0.0
                         for c in range(4):
-                            half[r, s] += block[i, j, r, c] * basis[first + j, c, s]
+                            half[r, s] += block[i, 16 * j + 4 * r + c] * basis[first + j, c, s]
                 for u in range(3):
                     for s in range(3 if i != j else u + 1):
                         total = 0.0
