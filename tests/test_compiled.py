@@ -12,7 +12,7 @@ import pytest
 from numba.core.errors import NumbaError
 
 from ribbonfem.compiled import decorator
-from ribbonfem.compiled.copies import copy
+from ribbonfem.compiled.copies import add, copy
 
 ROOT = Path(__file__).parents[1]
 
@@ -140,10 +140,12 @@ def test_what_does_not_say_that_it_allocates_cannot():
         tripled(x)
 
 
-def test_a_copy_takes_the_entries_of_parts_of_arrays_too():
+def test_copies_and_sums_take_the_entries_of_parts_of_arrays_too():
     source, target = np.arange(24.0).reshape(2, 3, 4), np.zeros((5, 3, 4))
     copy(source[1], target[2])
     assert np.array_equal(target[2], source[1])
+    add(source[0], -2.0, target[2])
+    assert np.array_equal(target[2], source[1] - 2.0 * source[0])
     assert not target[[0, 1, 3, 4]].any()
 
 

@@ -23,7 +23,7 @@ from .tangent import OPTIONS, P, Rod, clamp_moment, elastic_energy
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
 CREEP, LEAST = 0.1, 0.01
 # factors with which increments fell by less than this, over 1, in the last stage are made anew for a step:
-# new ones cost four to five iterations, and serve several stages
+# new ones cost some four iterations, and serve several stages
 SLOW = 0.015
 
 
