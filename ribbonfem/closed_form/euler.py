@@ -7,6 +7,8 @@ the parameter m with 2 E(m) / K(m) - 1 = 1 - dL/L; the force is n = -(4 K)^2 e_x
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -15,6 +17,7 @@ from scipy.special import ellipe, ellipj, ellipk
 from ribbonfem.results import Array
 
 
+@lru_cache(maxsize=64)
 def pendulum(compression: float) -> tuple[float, float]:
     """The parameter m and the quarter period K(m) for a dL/L."""
     m = brentq(lambda m: 2.0 * ellipe(m) / ellipk(m) - 2.0 + compression, 0.0, 1.0 - 1e-14, xtol=1e-15)
