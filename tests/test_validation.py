@@ -7,6 +7,7 @@ import warnings
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ import der
 import ribbonfem
 from compare.chooser.choice import choose
 from compare.measures.convergence import convergence
+from compare.questions.registry import ORDER, named
+from compare.sweep import Sweep
 from ribbonfem import (
     PolicyError,
     Ribbon,
@@ -302,3 +305,23 @@ def test_a_ribbon_closed_upon_itself_ends_in_an_error():
         with pytest.raises((SolverError, SceneError)) as caught:
             der.folds(scene, nodes=15)
         one_sentence(caught.value)
+
+
+def numbers_of_questions():
+    """Every option of every command that is a number or several, of which -1 cannot be."""
+    for name in ORDER:
+        main = named(name).main
+        if any(p.default is p.empty for p in inspect.signature(main).parameters.values()):
+            # needs a scene file first
+            continue
+        for keyword, annotation in get_type_hints(main).items():
+            if annotation in (int, float):
+                yield name, keyword, -1
+            elif annotation in (tuple[int, ...], tuple[float, ...]):
+                yield name, keyword, (-1,)
+
+
+@pytest.mark.parametrize(("name", "keyword", "value"), list(numbers_of_questions()))
+def test_a_question_refuses_a_number_before_anything_runs(name, keyword, value):
+    with pytest.raises(ValueError, match=r"= \(?-1"):
+        named(name).main(**{keyword: value}, sweep=Sweep(processes=1))

@@ -16,6 +16,7 @@ from compare.models import warm_up
 from compare.sweep import Sweep
 from ribbonfem import Scene, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.delay import Lead, NormalForm, lead, next_order, predict
+from ribbonfem.policy import refuse, whole_number
 
 DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
 BEAM = Scene(compression=0.40, shear=0.0, start="U+")
@@ -235,8 +236,18 @@ def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
     return 1.0 / (work[3] * max(work[2], 1e-2))
 
 
+def require_ranges(dampings: Sequence[float], decades: int) -> None:
+    """Raise a PolicyError unless there are delays at these dampings over so many decades of rates."""
+    whole_number("decades", decades, 1, 8)
+    if not dampings:
+        refuse("dampings", dampings, "one at least is needed")
+    for damping in dampings:
+        Scene(damping=damping)
+
+
 def compute(names: Sequence[str], dampings: tuple[float, ...], decades: int, sweep: Sweep) -> Delays:
     """The delays of these systems at these dampings, over `decades` of rates."""
+    require_ranges(dampings, decades)
     forms = {}
     for name in sweep.progress("static folds", names):
         system = SYSTEMS[name]

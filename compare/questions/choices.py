@@ -20,6 +20,7 @@ from compare.limits import limit_of
 from compare.models import warm_up
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError, elastica
+from ribbonfem.policy import whole_number
 
 from .registry import Question
 
@@ -275,6 +276,8 @@ def main(*, scenes: int = 200, seed: int = 2026, sweep: Sweep | None = None) -> 
     finer reference, and its CPU time, choosing included, with that of the discrete rod at N = 101
     and a tolerance of 1e-4 L, stopped at the snap too.
     """
+    whole_number("scenes", scenes, 2)
+    whole_number("seed", seed, 0)
     sweep = sweep or Sweep()
     drawn = draw(scenes, seed)
     verdicts = sweep("scenes", _judge, drawn, cost=_cost, prepare=warm_up)

@@ -18,6 +18,7 @@ from compare.measures.quantities import MODELS, Shape
 from compare.questions.registry import Question
 from compare.sweep import Sweep
 from ribbonfem import SolverError
+from ribbonfem.policy import whole_number
 
 from . import figures
 from . import orders as orders_of
@@ -240,8 +241,7 @@ def main(
     --processes 1 takes twice as long, and its timings do not disturb each other.
     """
     sweep = sweep or Sweep()
-    if rounds < 1:
-        raise ValueError(f"rounds = {rounds!r}: must be at least 1")
+    whole_number("rounds", rounds, 1, 1000)
     selected = _select(group, model, row)
     old = {} if before is None else _values_of(before)
     known = _references(selected, sweep)

@@ -24,6 +24,7 @@ from compare.questions.registry import Question
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, elastica
 from ribbonfem.delay import NormalForm, predict, universal
+from ribbonfem.policy import whole_number
 
 from . import ribbons as ribbon_laws
 
@@ -243,6 +244,10 @@ def main(
     sweep = sweep or Sweep()
     if parts not in ("all", "planar", "ribbon", "elements"):
         raise ValueError(f"parts = {parts!r}: must be 'all', 'planar', 'ribbon' or 'elements'")
+    # bounds of laws are quantiles: of fewer scenes they would be no law
+    whole_number("scenes", scenes, 10)
+    whole_number("ribbons", ribbons, 10)
+    whole_number("seed", seed, 0)
     # compiled once here, before any worker starts
     warm_up("quasilinear", "elastica", "kirchhoff", "der")
     new: dict[str, Any] = {}

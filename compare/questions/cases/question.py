@@ -18,6 +18,7 @@ from compare.paper.named import CASES
 from compare.questions.registry import Question
 from compare.sweep import Sweep
 from ribbonfem import Scene
+from ribbonfem.policy import positive
 
 
 def _draw(verdicts: Sequence[CaseVerdict], branches: dict[float, Curve], kind: str) -> Any:
@@ -93,6 +94,8 @@ def main(
         raise ValueError(f"only = {only!r}: must be 'all', 'skipping' or 'selection'")
     if len(nodes) != 2 or not nodes[0] < nodes[1]:
         raise ValueError(f"nodes = {nodes!r}: two numbers are needed, the coarse mesh first")
+    for step in euler:
+        positive("euler", step, 1.0)
     coarse, fine = int(nodes[0]), int(nodes[1])
     chosen = [case for case in CASES if only in ("all", case.kind)]
     work = [(case, (coarse, fine), tolerance, euler) for case in chosen]

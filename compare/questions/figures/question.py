@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 from compare.diagrams.sheet import SAMPLES
 from compare.face.section import Drawing, Table
-from compare.paper.delays import DAMPINGS
+from compare.paper.delays import DAMPINGS, require_ranges
 from compare.paper.maps import NAMED_SELECTION, NAMED_SKIPPING
 from compare.sweep import Sweep
+from ribbonfem.policy import whole_number, within
 
 from ..registry import Question
 from . import at_rest, in_motion
@@ -52,10 +53,10 @@ def main(
     """
     sweep = sweep or Sweep()
     asked = _chosen(only)
-    if not 2 <= cells <= 100:
-        raise ValueError(f"cells = {cells!r}: must be from 2 to 100")
-    if not 0.01 <= phase_step <= 0.5:
-        raise ValueError(f"phase_step = {phase_step!r}: must be in [0.01, 0.5]")
+    whole_number("cells", cells, 2, 100)
+    whole_number("samples", samples, 1, 4096)
+    within("phase_step", phase_step, 0.01, 0.5)
+    require_ranges(dampings, decades)
     systems = [
         name
         for name, figure in (("planar", "fig6"), ("Path 1", "fig8"), ("Path 2", "fig9"))

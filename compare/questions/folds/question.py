@@ -18,6 +18,7 @@ from compare.paper.paths import Paths, Swept, paths_of, swept_scene
 from compare.questions.registry import Question
 from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
+from ribbonfem.policy import whole_number, within
 
 from . import shear
 from .paths import draw_critical, draw_paths
@@ -249,10 +250,13 @@ def main(
     sweep = sweep or Sweep()
     if len(nodes) != 3 or not nodes[0] < nodes[1] < nodes[2]:
         raise ValueError(f"nodes = {nodes!r}: three numbers are needed, the coarsest mesh first")
-    if columns < 2 or rows < 2:
-        raise ValueError(f"columns = {columns!r}, rows = {rows!r}: each must be at least 2")
-    if not 0.01 <= phase_step <= 0.5:
-        raise ValueError(f"phase_step = {phase_step!r}: must be in [0.01, 0.5]")
+    for count in (elements, *meshes):
+        whole_number("elements", count, 4)
+    # scenes that cannot be are refused here, and not after the tables
+    sweeps = _sweeps(swept)
+    whole_number("columns", columns, 2)
+    whole_number("rows", rows, 2)
+    within("phase_step", phase_step, 0.01, 0.5)
     counts = (int(nodes[0]), int(nodes[1]), int(nodes[2]))
     progress = sweep.progress
     # compiled code is loaded (or made, the first time) before anything is timed or any worker starts
@@ -261,7 +265,7 @@ def main(
     mesh_rows, mesh_records = _mesh_rows(tuple(int(count) for count in meshes), progress)
     bound_rows, bound_records = _bound_rows(counts, min(elements, 20), progress)
     drawn = min(elements, 16)
-    groups = _sweeps(swept)
+    groups = sweeps
     scenes = [(scene, drawn, counts[:2]) for _, group in groups for scene in group]
     done = tuple(sweep("critical angles", swept_scene, scenes))
     (paths,) = sweep("paths", paths_of, [(PATHS, drawn, counts[1])])

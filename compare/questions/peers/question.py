@@ -17,6 +17,7 @@ from compare.peers import pyelastica as peer_pyelastica
 from compare.questions.registry import Question
 from compare.sweep import Progress, Sweep
 from ribbonfem import elastica
+from ribbonfem.policy import whole_number
 from ribbonfem.results import Array
 
 from . import attempts
@@ -173,8 +174,7 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     ratios are of runs by turns.  --no-explicit leaves out the long runs of PyElastica.
     """
     progress = sweep.progress if sweep else Progress()
-    if rounds < 1:
-        raise ValueError(f"rounds = {rounds!r}: must be at least 1")
+    whole_number("rounds", rounds, 1, 1000)
     lacking = [
         text for text in (peer_exudyn.missing(), peer_pyelastica.missing(), peer_auto.missing()) if text
     ]

@@ -17,6 +17,7 @@ from compare.face.style import figure
 from compare.sweep import Progress, Sweep
 from der import profile
 from ribbonfem import History, Scene, kirchhoff
+from ribbonfem.policy import whole_number
 
 from ..registry import Question
 from . import equal_error as equal
@@ -116,6 +117,7 @@ def main(
     --equal-error: what a ribbon's snap costs by elements and by the rods at their best too, on four
     scenes.
     """
+    whole_number("repeats", repeats, 1, 1000)
     progress = sweep.progress if sweep else Progress()
     for method, step in (("implicit-euler", 1e-3), ("tr-bdf2", None)):
         der.simulate(SNAP, nodes=nodes, method=method, step=step, every=10**6, configurations=False)
