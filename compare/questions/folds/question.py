@@ -253,7 +253,7 @@ def main(
     for count in (elements, *meshes):
         whole_number("elements", count, 4)
     # scenes that cannot be are refused here, and not after the tables
-    sweeps = _sweeps(swept)
+    groups = _sweeps(swept)
     whole_number("columns", columns, 2)
     whole_number("rows", rows, 2)
     within("phase_step", phase_step, 0.01, 0.5)
@@ -265,7 +265,6 @@ def main(
     mesh_rows, mesh_records = _mesh_rows(tuple(int(count) for count in meshes), progress)
     bound_rows, bound_records = _bound_rows(counts, min(elements, 20), progress)
     drawn = min(elements, 16)
-    groups = sweeps
     scenes = [(scene, drawn, counts[:2]) for _, group in groups for scene in group]
     done = tuple(sweep("critical angles", swept_scene, scenes))
     (paths,) = sweep("paths", paths_of, [(PATHS, drawn, counts[1])])
