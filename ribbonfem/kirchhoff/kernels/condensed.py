@@ -84,16 +84,16 @@ def factorise(s: Solver) -> None:
                     total = 0.0
                     for k in range(SIX):
                         total += own[i, k] * after[k, j]
-                    s.product[i, j] = total
+                    s.block[i, j] = total
             for i in range(SIX):
                 for j in range(SIX):
                     total = new[i, j]
                     for k in range(SIX):
-                        total -= after[k, i] * s.product[k, j]
+                        total -= after[k, i] * s.block[k, j]
                     new[i, j] = total
             for i in range(SIX):
                 for j in range(SIX):
-                    after[i, j] = s.product[i, j]
+                    after[i, j] = s.block[i, j]
 
 
 @compiled(**INLINED)

@@ -35,10 +35,9 @@ P = 5
 OUTER = N0 = 12
 TURN0 = N0 + 3 * P
 SIZE = TURN0 + 3 * (P - 1)
-TURNS = 3 * (P + 1)
-# among the rotations alone the order is the same: node 0, node P, the others
-STRIPS = (0, *range(6, TURNS, 3), 3)
-PLACES = (3, 4, 5, 9, 10, 11, *range(TURN0, SIZE))
+# the element's nodes in the order of their rows, and the first row of each one's psi
+ORDER = (0, P, *range(1, P))
+PLACES = (3, *range(TURN0, SIZE, 3), 9)
 # r and psi of a node
 SIX = 6
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
@@ -101,9 +100,12 @@ class Solver(NamedTuple):
     hess: Array
     tangent: Array
     dt: Array
+    work: Array
     columns: Array
-    product: Array
-    turns: Array
+    of_q: Array
+    of_p: Array
+    pairs: Array
+    block: Array
 
 
 def solver(elements: int) -> Solver:
@@ -127,9 +129,12 @@ def solver(elements: int) -> Solver:
         hess=np.zeros((8, 8)),
         tangent=np.zeros(3),
         dt=np.zeros((3, 4)),
-        columns=np.zeros((8, TURNS)),
-        product=np.zeros((8, TURNS)),
-        turns=np.zeros((TURNS, TURNS)),
+        work=np.zeros((8, 4)),
+        columns=np.zeros((P + 1, 4, 3)),
+        of_q=np.zeros(16 * (P + 1)),
+        of_p=np.zeros(16 * (P + 1)),
+        pairs=np.zeros((P + 1, 16 * (P + 1))),
+        block=np.zeros((SIX, SIX)),
     )
 
 
@@ -263,24 +268,20 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
 
 
 @compiled(**INLINED)
-def _columns(s: Solver, rod: Rod, e: int, k: int, g: Array) -> None:
-    """Derivatives of (q, p) at a Gauss point by the rotations of the element's nodes, in s.columns."""
+def _halves(s: Solver, e: int, g: Array) -> None:
+    """Derivatives of the element's quaternions by the rotations of their nodes, in s.columns."""
     for i in range(P + 1):
-        w, x, y, z = g[e * P + i, 0], g[e * P + i, 1], g[e * P + i, 2], g[e * P + i, 3]
-        j = STRIPS[i]
-        for half in range(2):
-            factor = 0.5 * (rod.value[k, i] if half == 0 else rod.slope[e, k, i])
-            a, b, c, d = factor * w, factor * x, factor * y, factor * z
-            r = 4 * half
-            s.columns[r, j], s.columns[r, j + 1], s.columns[r, j + 2] = -b, -c, -d
-            s.columns[r + 1, j], s.columns[r + 1, j + 1], s.columns[r + 1, j + 2] = a, -d, c
-            s.columns[r + 2, j], s.columns[r + 2, j + 1], s.columns[r + 2, j + 2] = d, a, -b
-            s.columns[r + 3, j], s.columns[r + 3, j + 1], s.columns[r + 3, j + 2] = -c, b, a
+        node, to = e * P + i, s.columns[i]
+        w, x, y, z = 0.5 * g[node, 0], 0.5 * g[node, 1], 0.5 * g[node, 2], 0.5 * g[node, 3]
+        to[0, 0], to[0, 1], to[0, 2] = -x, -y, -z
+        to[1, 0], to[1, 1], to[1, 2] = w, -z, y
+        to[2, 0], to[2, 1], to[2, 2] = z, w, -x
+        to[3, 0], to[3, 1], to[3, 2] = -y, x, w
 
 
 @compiled(**INLINED)
 def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impulsive: bool) -> None:
-    """The rows of n at a Gauss point: with itself, the positions and the rotations (s.columns)."""
+    """The rows of n at a Gauss point: with itself, the positions and the rotations."""
     local = s.local[e]
     row, weight, tangent, dt = N0 + 3 * k, rod.weights[e, k], s.tangent, s.dt
     pull = n[0] * tangent[0] + n[1] * tangent[1] + n[2] * tangent[2]
@@ -294,8 +295,6 @@ def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impul
         local[row + b, 6 + b] = rod.coupling[e, k, P]
     # -(1 + c n.t) dt - c t (n.dt)
     stretch, along = weight * (1.0 + rod.soft * pull), 0.0 if impulsive else weight * rod.soft
-    strip = s.columns.shape[1]
-    c0, c1, c2, c3 = s.columns[0], s.columns[1], s.columns[2], s.columns[3]
     p0 = n[0] * dt[0, 0] + n[1] * dt[1, 0] + n[2] * dt[2, 0]
     p1 = n[0] * dt[0, 1] + n[1] * dt[1, 1] + n[2] * dt[2, 1]
     p2 = n[0] * dt[0, 2] + n[1] * dt[1, 2] + n[2] * dt[2, 2]
@@ -304,54 +303,65 @@ def _fill_gap(rod: Rod, s: Solver, e: int, k: int, n: Array, sigma: float, impul
         shift = along * tangent[b]
         d0, d1 = stretch * dt[b, 0] + shift * p0, stretch * dt[b, 1] + shift * p1
         d2, d3 = stretch * dt[b, 2] + shift * p2, stretch * dt[b, 3] + shift * p3
-        out = s.product[b]
-        for j in range(strip):
-            out[j] = -(d0 * c0[j] + d1 * c1[j] + d2 * c2[j] + d3 * c3[j])
-        for c in range(3):
-            local[row + b, 3 + c] = out[c]
-            local[row + b, 9 + c] = out[3 + c]
-        for i in range(P - 1):
+        for i in range(P + 1):
+            half, place, value = s.columns[i], PLACES[i], -rod.value[k, i]
             for c in range(3):
-                local[TURN0 + 3 * i + c, row + b] = out[6 + 3 * i + c]
+                change = value * (d0 * half[0, c] + d1 * half[1, c] + d2 * half[2, c] + d3 * half[3, c])
+                if place < N0:
+                    local[row + b, place + c] = change
+                else:
+                    local[place + c, row + b] = change
 
 
 @compiled(**INLINED)
-def _fill_turns(rod: Rod, s: Solver, e: int, k: int, g: Array) -> None:
-    """Add a Gauss point's share of the second derivatives in the rotations to s.turns (lower triangle)."""
-    weight, strip = rod.weights[e, k], s.columns.shape[1]
-    h, out = s.hess, s.product
-    c0, c1, c2, c3 = s.columns[0], s.columns[1], s.columns[2], s.columns[3]
-    c4, c5, c6, c7 = s.columns[4], s.columns[5], s.columns[6], s.columns[7]
-    for r in range(4):
-        # the blocks of q with itself, of q with p, and of p with itself
-        h0, h1, h2, h3 = weight * h[r, 0], weight * h[r, 1], weight * h[r, 2], weight * h[r, 3]
-        h4, h5, h6, h7 = weight * h[r, 4], weight * h[r, 5], weight * h[r, 6], weight * h[r, 7]
-        to = out[r]
-        for j in range(strip):
-            to[j] = h0 * c0[j] + h1 * c1[j] + h2 * c2[j] + h3 * c3[j]
-            to[j] += h4 * c4[j] + h5 * c5[j] + h6 * c6[j] + h7 * c7[j]
-        d = 4 + r
-        h0, h1, h2, h3 = weight * h[0, d], weight * h[1, d], weight * h[2, d], weight * h[3, d]
-        h4, h5, h6, h7 = weight * h[d, 4], weight * h[d, 5], weight * h[d, 6], weight * h[d, 7]
-        to = out[d]
-        for j in range(strip):
-            to[j] = h0 * c0[j] + h1 * c1[j] + h2 * c2[j] + h3 * c3[j]
-            to[j] += h4 * c4[j] + h5 * c5[j] + h6 * c6[j] + h7 * c7[j]
-    o0, o1, o2, o3, o4, o5, o6, o7 = out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]
-    for i in range(TURNS):
-        h0, h1, h2, h3 = c0[i], c1[i], c2[i], c3[i]
-        h4, h5, h6, h7 = c4[i], c5[i], c6[i], c7[i]
-        to = s.turns[i]
-        for j in range(i + 1):
-            to[j] += h0 * o0[j] + h1 * o1[j] + h2 * o2[j] + h3 * o3[j]
-            to[j] += h4 * o4[j] + h5 * o5[j] + h6 * o6[j] + h7 * o7[j]
-    for i in range(P + 1):
+def _sum_pairs(rod: Rod, s: Solver, e: int, k: int) -> None:
+    """Add a Gauss point's share of the second derivatives in two nodes' quaternions to s.pairs.
+
+    Those of a node with all before it stand in one row, 16 numbers each: long sums are vectors.
+    """
+    h, of_q, of_p, weight = s.hess, s.of_q, s.of_p, rod.weights[e, k]
+    for b in range(P + 1):
+        j = ORDER[b]
+        value, slope = weight * rod.value[k, j], weight * rod.slope[e, k, j]
+        for r in range(4):
+            for c in range(4):
+                of_q[16 * b + 4 * r + c] = value * h[r, c] + slope * h[r, 4 + c]
+                of_p[16 * b + 4 * r + c] = value * h[c, 4 + r] + slope * h[4 + r, 4 + c]
+        for c in range(4):
+            s.gradient[j, c] += value * s.gq[c] + slope * s.gp[c]
+    for a in range(P + 1):
+        i = ORDER[a]
+        value, slope, pairs = rod.value[k, i], rod.slope[e, k, i], s.pairs[a]
+        for c in range(16 * (a + 1)):
+            pairs[c] += value * of_q[c] + slope * of_p[c]
+
+
+@compiled(**INLINED)
+def _fill_turns(s: Solver, e: int, g: Array) -> None:
+    """Second derivatives in the rotations of the element's nodes, from those in their quaternions."""
+    local = s.local[e]
+    for a in range(P + 1):
+        i = ORDER[a]
+        left, row = s.columns[i], PLACES[i]
         # the increment keeps the quaternion on its sphere: a second-order term
         radial = 0.0
         for c in range(4):
-            radial += (rod.value[k, i] * s.gq[c] + rod.slope[e, k, i] * s.gp[c]) * g[e * P + i, c]
-        for c in range(STRIPS[i], STRIPS[i] + 3):
-            s.turns[c, c] -= 0.25 * weight * radial
+            radial += s.gradient[i, c] * g[e * P + i, c]
+        for b in range(a + 1):
+            right, column, pair = s.columns[ORDER[b]], PLACES[ORDER[b]], s.pairs[a, 16 * b : 16 * (b + 1)]
+            for c in range(3):
+                v0 = v1 = v2 = v3 = 0.0
+                for r in range(4):
+                    v0 += left[r, c] * pair[4 * r]
+                    v1 += left[r, c] * pair[4 * r + 1]
+                    v2 += left[r, c] * pair[4 * r + 2]
+                    v3 += left[r, c] * pair[4 * r + 3]
+                for d in range(c + 1 if a == b else 3):
+                    local[row + c, column + d] = (
+                        v0 * right[0, d] + v1 * right[1, d] + v2 * right[2, d] + v3 * right[3, d]
+                    )
+        for c in range(3):
+            local[row + c, row + c] -= 0.25 * radial
 
 
 @compiled(**OPTIONS)
@@ -365,23 +375,23 @@ def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, 
         row = local[i]
         for j in range(i + 1):
             row[j] = 0.0
-    for i in range(TURNS):
-        row = s.turns[i]
-        for j in range(i + 1):
-            row[j] = 0.0
+    for a in range(P + 1):
+        pairs = s.pairs[a]
+        for c in range(16 * (a + 1)):
+            pairs[c] = 0.0
+        for c in range(4):
+            s.gradient[a, c] = 0.0
+    _halves(s, e, g)
     for k in range(P):
         _interpolate(rod, e, k, g, s.q, s.p)
-        point(s.q, s.p, n[e, k], rod.stiff, rod.soft, s.gq, s.gp, s.hess, s.tangent, s.dt, s.product)
-        _columns(s, rod, e, k, g)
+        point(s.q, s.p, n[e, k], rod.stiff, rod.soft, s.gq, s.gp, s.hess, s.tangent, s.dt, s.work)
         _fill_gap(rod, s, e, k, n[e, k], sigma, impulsive)
         if not impulsive:
-            _fill_turns(rod, s, e, k, g)
-    for i in range(TURNS):
-        for j in range(i + 1):
-            local[PLACES[i], PLACES[j]] = s.turns[i, j]
+            _sum_pairs(rod, s, e, k)
+    if not impulsive:
+        _fill_turns(s, e, g)
     for i in range(P + 1):
-        mass = rod.mass[e, i] * sigma
-        row = PLACES[STRIPS[i]]
+        mass, row = rod.mass[e, i] * sigma, PLACES[i]
         local[row, row] += rod.spin * mass
         if impulsive:
             local[row + 1, row + 1] += SMALL * mass
