@@ -170,20 +170,6 @@ def _strains(q: Array, p: Array, tangent: Array) -> tuple[float, float, float, f
     )
 
 
-@compiled(**OPTIONS)
-def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
-    """Of bending, twist and stretch."""
-    total = 0.0
-    for e in range(rod.weights.shape[0]):
-        for k in range(P):
-            _interpolate(rod, e, k, g, s.q, s.p)
-            _, k1, k2, k3 = _strains(s.q, s.p, s.tangent)
-            pull = n[e, k, 0] * s.tangent[0] + n[e, k, 1] * s.tangent[1] + n[e, k, 2] * s.tangent[2]
-            twice = rod.stiff[0] * k1 * k1 + rod.stiff[1] * k2 * k2 + rod.stiff[2] * k3 * k3
-            total += 0.5 * rod.weights[e, k] * (twice + rod.soft * pull * pull)
-    return total
-
-
 @compiled(**INLINED)
 def _bend(rod: Rod, soft: float, q: Array, p: Array, n: Array, gq: Array, gp: Array, tangent: Array) -> float:
     """Derivatives in q and p of the density, the tangent; returns n.t.
@@ -399,14 +385,3 @@ def fill_element(rod: Rod, s: Solver, e: int, g: Array, n: Array, sigma: float, 
     for b in range(3):
         local[b, b] += rod.mass[e, 0] * sigma
         local[6 + b, 6 + b] += rod.mass[e, P] * sigma
-
-
-# --- condensed solution --------------------------------------------------------------------------
-
-
-@compiled(**OPTIONS)
-def clamp_moment(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
-    """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha; overwrites residuals."""
-    s.fp[0, 1] = 0.0
-    add_element(rod, s, 0, x, g, n)
-    return float(s.fp[0, 1])
