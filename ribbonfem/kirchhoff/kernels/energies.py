@@ -5,10 +5,10 @@ from __future__ import annotations
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
-from .tangent import OPTIONS, P, Rod, Solver, _interpolate, _strains, add_element
+from .tangent import INLINED, P, Rod, Solver, _interpolate, _strains, add_element
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     """Of bending, twist and stretch."""
     total = 0.0
@@ -22,7 +22,7 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     return total
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def clamp_moment(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
     """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha; overwrites residuals."""
     s.fp[0, 1] = 0.0

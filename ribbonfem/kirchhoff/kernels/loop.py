@@ -36,9 +36,8 @@ def _set_clamp(g: Array, angle: float) -> None:
 @compiled(**OPTIONS)
 def _kinetic(rod: Rod, v: Array) -> float:
     total = 0.0
-    for i in range(1, v.shape[0] - 1):
-        for c in range(4):
-            total += rod.inertia[i, c] * v[i, c] * v[i, c]
+    for k in range(4, v.size - 4):
+        total += rod.inertia.flat[k] * v.flat[k] * v.flat[k]
     return 0.5 * total
 
 
