@@ -250,8 +250,9 @@ def main(
     sweep = sweep or Sweep()
     if len(nodes) != 3 or not nodes[0] < nodes[1] < nodes[2]:
         raise ValueError(f"nodes = {nodes!r}: three numbers are needed, the coarsest mesh first")
-    for count in (elements, *meshes):
-        whole_number("elements", count, 4)
+    whole_number("elements", elements, 4)
+    for count in meshes:
+        whole_number("meshes", count, 4)
     # scenes that cannot be are refused here, and not after the tables
     groups = _sweeps(swept)
     whole_number("columns", columns, 2)
