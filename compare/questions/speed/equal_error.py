@@ -80,8 +80,8 @@ def measured(
     return found, limit
 
 
-def _series(found: Mapping[Key, tuple[float, float]]) -> Iterator[tuple[str, str, list[Any]]]:
-    """Model, words and (tolerance, angle, seconds) of every mesh, and of every two of rods extrapolated."""
+def _series(found: Mapping[Key, tuple[float, float]]) -> Iterator[tuple[str, str, str, list[Any]]]:
+    """Model, method, mesh in words and (tolerance, angle, seconds), rods also of two meshes extrapolated."""
     tolerances = {"elements": ELEMENTS_TOLERANCES, "rods": RODS_TOLERANCES}
     meshes = [("elements", n, "esdirk4") for n in ELEMENTS]
     meshes += [("rods", n, method) for method in METHODS for n in NODES]
@@ -91,13 +91,13 @@ def _series(found: Mapping[Key, tuple[float, float]]) -> Iterator[tuple[str, str
     }
     for model, n, method in meshes:
         unit = "elements" if model == "elements" else "nodes"
-        yield model, f"{n} {unit}, {method}", rows[model, n, method]
+        yield model, method, f"{n} {unit}", rows[model, n, method]
     for method in METHODS:
         for coarse, fine in itertools.combinations(NODES, 2):
             ratio = edge_ratio(coarse, fine)
             pairs = zip(rows["rods", coarse, method], rows["rods", fine, method], strict=True)
             both = [(t, two_point(a, b, ratio), s + u) for (t, a, s), (_, b, u) in pairs]
-            yield "rods", f"{coarse} and {fine} nodes, {method}", both
+            yield "rods", method, f"{coarse} and {fine} nodes", both
 
 
 def prices(found: Mapping[Key, tuple[float, float]], limit: float, error: float) -> dict[str, Price]:
@@ -107,16 +107,16 @@ def prices(found: Mapping[Key, tuple[float, float]], limit: float, error: float)
     step may cancel by chance.
     """
     best: dict[str, Price] = {}
-    for model, words, rows in _series(found):
+    for model, method, mesh, rows in _series(found):
+        names = (model, "rods, tr-bdf2") if (model, method) == ("rods", "tr-bdf2") else (model,)
         worst = 0.0
         for tolerance, angle, seconds in sorted(rows):
             worst = max(worst, abs(angle - limit))
             if worst > error:
                 break
-            names = (model, "rods, tr-bdf2") if model == "rods" and "tr-bdf2" in words else (model,)
             for name in names:
                 if name not in best or seconds < best[name].seconds:
-                    best[name] = Price(seconds, f"{words}, {tolerance:.0e}")
+                    best[name] = Price(seconds, f"{mesh}, {method}, {tolerance:.0e}")
     return best
 
 
