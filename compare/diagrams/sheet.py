@@ -21,7 +21,7 @@ from .record import Diagram, Failed
 from .runs import Ground, Sample, cost_of, ground, require_runs, samples_of
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
 
-SAMPLES = 24
+SAMPLES, MOST_SAMPLES = 24, 4096
 # relative, of the values at boundaries
 _TOLERANCE = 0.01
 Cells = list[list[list[Sample]]]
@@ -107,7 +107,7 @@ def _diagram(
 ) -> Diagram:
     choice("model", model, ("der", "kirchhoff"))
     require_runs(model, policy)
-    whole_number("samples", samples, 1, 4096)
+    whole_number("samples", samples, 1, MOST_SAMPLES)
     whole_number("seed", seed, 0)
     flag("boundaries", boundaries)
     x, step = _axis("rates", rates)

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any, Literal
 
-from compare.diagrams.sheet import SAMPLES
+from compare.diagrams.sheet import MOST_SAMPLES, SAMPLES
 from compare.face.section import Drawing, Table
 from compare.paper.delays import DAMPINGS, require_ranges
 from compare.paper.maps import NAMED_SELECTION, NAMED_SKIPPING
@@ -54,7 +54,7 @@ def main(
     sweep = sweep or Sweep()
     asked = _chosen(only)
     whole_number("cells", cells, 2, 100)
-    whole_number("samples", samples, 1, 4096)
+    whole_number("samples", samples, 1, MOST_SAMPLES)
     within("phase_step", phase_step, 0.01, 0.5)
     require_ranges(dampings, decades)
     systems = [
