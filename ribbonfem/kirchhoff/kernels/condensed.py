@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 
@@ -91,9 +92,7 @@ def factorise(s: Solver) -> None:
                     for k in range(SIX):
                         total -= after[k, i] * s.block[k, j]
                     new[i, j] = total
-            for i in range(SIX):
-                for j in range(SIX):
-                    after[i, j] = s.block[i, j]
+            copy(s.block, after)
 
 
 @compiled(**INLINED)
