@@ -56,6 +56,7 @@ from ribbonfem.values import handed_over
 
 from . import plane, states
 from .kernels import arrays, condensed, conserving, loop, tangent
+from .kernels.rod import Four, P, Rod, in_fours, solver
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")
@@ -133,7 +134,7 @@ def simulate(
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
     mesh = checked_mesh(elements, extensible)
-    nodes = tangent.P * mesh["elements"] + 1 if configurations else 0
+    nodes = P * mesh["elements"] + 1 if configurations else 0
     require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
     problem, start = states.named(scene, **mesh)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
@@ -170,22 +171,22 @@ def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: boo
     return min(energies, default=-np.inf)
 
 
-def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> tangent.Rod:
+def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod:
     """The rod as arrays for the compiled time loop."""
-    tables, elements, p = problem.tables, problem.tables.elements, tangent.P
+    tables, elements, p = problem.tables, problem.tables.elements, P
     mass = np.tile(lobatto_weights(p) / elements, (elements, 1))
     inertia = np.repeat(problem.mass[:, None], 4, axis=1)
     inertia[:, 3] *= scene.ribbon.rotary_inertia
     coupling = tables.weights[:, :, None] * tables.slope
     inside = coupling[:, :, 1:p]
     share = np.einsum("eki,eli,ei->ekl", inside, inside, 1.0 / mass[:, 1:p])
-    return tangent.Rod(
+    fours = map(in_fours, (tables.slope, tables.weights, coupling, share, mass))
+    return Rod(
         value=tables.value,
         slope=tables.slope,
         weights=tables.weights,
         coupling=np.ascontiguousarray(coupling),
-        share=np.ascontiguousarray(share),
-        mass=mass,
+        four=Four(*fours),
         inertia=inertia,
         stiff=problem.stiff,
         soft=problem.soft,
@@ -210,7 +211,7 @@ def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
         a=np.zeros_like(x),
         auxiliary=np.zeros_like(x),
         g=state.g.copy(),
-        n=np.tile(state.force, (elements, tangent.P, 1)),
+        n=in_fours(np.tile(state.force, (elements, P, 1))),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
         clock=clock,
@@ -223,20 +224,19 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     Of the equations of motion: in a stretching rod the force does not stay constant along it.
     """
     rod, start = discretised(problem, scene), at_rest(problem, state)
-    memory = tangent.solver(len(rod.weights))
-    for e in range(len(rod.weights)):
-        tangent.fill_element(rod, memory, e, start.g, start.n, SHIFT, False)
+    memory = solver(len(rod.weights))
+    tangent.fill(rod, memory, start.g, start.n, SHIFT, False)
     condensed.factorise(memory)
     inertia = rod.inertia[1:-1].ravel()
 
     def solve(right: Array) -> Array:
         # positions and spin carry all the mass
         load = right.reshape(-1, 4)
-        memory.fr[1:-1], memory.fp[1:-1] = -load[:, :3], 0.0
+        memory.fr[1:-1, :3], memory.fp[1:-1] = -load[:, :3], 0.0
         memory.fp[1:-1, 0] = -load[:, 3]
         memory.fn[:] = 0.0
         condensed.solve(rod, memory, SHIFT)
-        return np.column_stack((memory.fr[1:-1], memory.fp[1:-1, 0])).ravel()
+        return np.column_stack((memory.fr[1:-1, :3], memory.fp[1:-1, 0])).ravel()
 
     squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)
     return np.asarray(np.sqrt(squares) / problem.unit)
@@ -270,12 +270,12 @@ class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: tangent.Rod, scheme: Scheme, motion: arrays.Motion, configurations: bool, s: Array
+        self, rod: Rod, scheme: Scheme, motion: arrays.Motion, configurations: bool, s: Array
     ) -> None:
         elements = len(rod.weights)
         self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
         self.arclength = s
-        self.solver = tangent.solver(elements)
+        self.solver = solver(elements)
         # means of steps are kept in the places of stages
         self.scratch = arrays.scratch(elements, conserving.STAGES if scheme.kind == MEAN else scheme.stages)
         nodes = len(motion.x)

@@ -10,7 +10,7 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 
-from .tangent import P, Rod, Solver
+from .rod import WIDTH, P, Rod, Solver, groups_of
 
 # places in the clock behind those of the time loop
 SIGMA, ASSEMBLIES, POINTS, KNOWN, RATE, FORETOLD = range(COMMON, COMMON + 6)
@@ -26,7 +26,7 @@ MEMORY, GUESS = 16, 3
 class Motion(NamedTuple):
     """State at the last accepted instant.
 
-    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (E, P, 3); tangent and its rate (nodes, 3).
+    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (G, P, 3, WIDTH); tangent and its rate (nodes, 3).
     """
 
     x: Array
@@ -92,7 +92,7 @@ def scratch(elements: int, stages: int) -> Scratch:
         v=four(),
         a=four(),
         g=four(),
-        n=np.zeros((elements, P, 3)),
+        n=np.zeros((groups_of(elements), P, 3, WIDTH)),
         force=four(),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
@@ -101,7 +101,7 @@ def scratch(elements: int, stages: int) -> Scratch:
         stage_turning=np.zeros((stages, nodes, 3)),
         known_time=np.zeros(MEMORY),
         known_g=np.zeros((MEMORY, nodes, 4)),
-        known_n=np.zeros((MEMORY, elements, P, 3)),
+        known_n=np.zeros((MEMORY, groups_of(elements), P, 3, WIDTH)),
         known_a=np.zeros((MEMORY, nodes, 4)),
         lagrange=np.zeros(GUESS),
         spin=np.zeros((nodes, 3)),

@@ -2,43 +2,79 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ribbonfem.compiled.copies import copy
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import WIDTH, load, spread, store
 from ribbonfem.results import Array
 
-from .tangent import INLINED, N0, OPTIONS, OUTER, SIX, SIZE, TURN0, P, Rod, Solver
+from .rod import (
+    AS_LEFT,
+    AS_RIGHT,
+    INLINED,
+    N0,
+    OPTIONS,
+    OUTER,
+    SIX,
+    SIZE,
+    TURN0,
+    TURNS,
+    P,
+    Rod,
+    Solver,
+    add_to_nodes,
+    of_nodes,
+)
 
 
 @compiled(**INLINED)
-def _eliminate(local: Array, pivots: Array) -> None:
-    """L D L^T of the inside of an element, from its last row up, three rows at a time.
+def _eliminate(local: Array, pivots: Array, group: int) -> None:
+    """L D L^T of the inside of a group's elements, from the last row up, three rows at a time.
 
     Row k of the factors is D times row k of L^T; the rows of the outside are left with their
     Schur complement.
     """
     k = SIZE - 1
     while k >= OUTER:
-        row0, row1, row2 = local[k], local[k - 1], local[k - 2]
-        inverse0 = 1.0 / row0[k]
-        f0, f1 = row0[k - 1] * inverse0, row0[k - 2] * inverse0
-        for j in range(k):
-            row1[j] -= f0 * row0[j]
-        for j in range(k - 1):
-            row2[j] -= f1 * row0[j]
-        inverse1 = 1.0 / row1[k - 1]
-        f0 = row1[k - 2] * inverse1
-        for j in range(k - 1):
-            row2[j] -= f0 * row1[j]
-        inverse2 = 1.0 / row2[k - 2]
-        pivots[k], pivots[k - 1], pivots[k - 2] = inverse0, inverse1, inverse2
-        for i in range(k - 2):
-            f0, f1, f2 = row0[i] * inverse0, row1[i] * inverse1, row2[i] * inverse2
-            # (the compiler makes vectors of this loop only behind the question)
-            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
-                row = local[i]
-                for j in range(i + 1):
-                    row[j] -= f0 * row0[j] + f1 * row1[j] + f2 * row2[j]
+        first = TURNS if k >= TURN0 else 0
+        inverse0 = 1.0 / load(local, (group, k, k))
+        f0, f1 = load(local, (group, k, k - 1)) * inverse0, load(local, (group, k, k - 2)) * inverse0
+        for j in range(first, k):
+            store(local, (group, k - 1, j), load(local, (group, k - 1, j)) - f0 * load(local, (group, k, j)))
+        inverse1 = 1.0 / load(local, (group, k - 1, k - 1))
+        f0 = load(local, (group, k - 1, k - 2)) * inverse1
+        for j in range(first, k - 1):
+            taken = f1 * load(local, (group, k, j)) + f0 * load(local, (group, k - 1, j))
+            store(local, (group, k - 2, j), load(local, (group, k - 2, j)) - taken)
+        inverse2 = 1.0 / load(local, (group, k - 2, k - 2))
+        store(pivots, (group, k), inverse0)
+        store(pivots, (group, k - 1), inverse1)
+        store(pivots, (group, k - 2), inverse2)
+        # three rows of what is left at once; what this writes above the diagonal is not read
+        for i in range(first, k - 2, 3):
+            a0, a1, a2 = _factors(local, group, k, i, inverse0, inverse1, inverse2)
+            b0, b1, b2 = _factors(local, group, k, i + 1, inverse0, inverse1, inverse2)
+            c0, c1, c2 = _factors(local, group, k, i + 2, inverse0, inverse1, inverse2)
+            for j in range(first, i + 3):
+                x, y = load(local, (group, k, j)), load(local, (group, k - 1, j))
+                z = load(local, (group, k - 2, j))
+                store(local, (group, i, j), load(local, (group, i, j)) - a0 * x - a1 * y - a2 * z)
+                store(local, (group, i + 1, j), load(local, (group, i + 1, j)) - b0 * x - b1 * y - b2 * z)
+                store(local, (group, i + 2, j), load(local, (group, i + 2, j)) - c0 * x - c1 * y - c2 * z)
         k -= 3
+
+
+@compiled(**INLINED)
+def _factors(
+    local: Array, group: int, k: int, i: int, inverse0: Any, inverse1: Any, inverse2: Any
+) -> tuple[Any, Any, Any]:
+    """Column i of three rows of L^T."""
+    return (
+        load(local, (group, k, i)) * inverse0,
+        load(local, (group, k - 1, i)) * inverse1,
+        load(local, (group, k - 2, i)) * inverse2,
+    )
 
 
 @compiled(**INLINED)
@@ -59,23 +95,34 @@ def _invert(block: Array) -> None:
         block[k, k] = inverse
 
 
+@compiled(**INLINED)
+def _gather_blocks(s: Solver, elements: int) -> None:
+    """Put what elimination left of the elements together, node by node, in s.own and s.next."""
+    for e in range(elements):
+        group, lane = e // WIDTH, e % WIDTH
+        own, after, new = s.own[e], s.next[e], s.own[e + 1]
+        for i in range(SIX):
+            left, right = AS_LEFT[i], AS_RIGHT[i]
+            for j in range(i + 1):
+                old = own[i, j] if e > 0 else 0.0
+                own[i, j] = own[j, i] = old + s.local[group, left, AS_LEFT[j], lane]
+                new[i, j] = new[j, i] = s.local[group, right, AS_RIGHT[j], lane]
+            for j in range(SIX):
+                # (of the two the row is the later one)
+                row, column = max(right, AS_LEFT[j]), min(right, AS_LEFT[j])
+                after[j, i] = s.local[group, row, column, lane]
+
+
 @compiled(**OPTIONS)
 def factorise(s: Solver) -> None:
     """Eliminate the inside of every element in s.local, then one node between them after the other.
 
     Left of a node is the inverse of its own block in s.own, and that times its block with the next in s.next.
     """
-    elements = s.local.shape[0]
-    for e in range(elements):
-        local = s.local[e]
-        _eliminate(local, s.pivots[e])
-        own, after, new = s.own[e], s.next[e], s.own[e + 1]
-        for i in range(SIX):
-            for j in range(i + 1):
-                own[i, j] = own[j, i] = local[i, j] + (own[i, j] if e > 0 else 0.0)
-                new[i, j] = local[SIX + i, SIX + j]
-            for j in range(SIX):
-                after[j, i] = local[SIX + i, j]
+    elements = s.own.shape[0] - 1
+    for group in range(s.local.shape[0]):
+        _eliminate(s.local, s.pivots, group)
+    _gather_blocks(s, elements)
     for e in range(1, elements):
         own, after, new = s.own[e], s.next[e], s.own[e + 1]
         _invert(own)
@@ -96,66 +143,111 @@ def factorise(s: Solver) -> None:
 
 
 @compiled(**INLINED)
-def _forward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
-    """Right-hand side of an element, its inside eliminated, in s.local_right[e]."""
-    f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
+def _right_hand_side(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
+    """What stands against a group's rows, r inside of its elements eliminated, in s.local_right."""
+    f, zero = s.local_right, spread(0.0)
     for i in range(OUTER):
-        f[i] = 0.0
+        store(f, (group, i), zero)
+    for i in range(1, P):
+        a, b, c, _ = of_nodes(s.fr, group, last, i)
+        inverse = (1.0 / sigma) / load(rod.four.mass, (group, i))
+        store(s.places, (i, 0), inverse * a)
+        store(s.places, (i, 1), inverse * b)
+        store(s.places, (i, 2), inverse * c)
+        a, b, c, _ = of_nodes(s.fp, group, last, i)
+        store(f, (group, TURN0 - 3 + 3 * i), -a)
+        store(f, (group, TURN0 - 2 + 3 * i), -b)
+        store(f, (group, TURN0 - 1 + 3 * i), -c)
     for k in range(P):
-        for c in range(3):
-            f[N0 + 3 * k + c] = -s.fn[e, k, c]
-    for i in range(1, P):
-        inverse = 1.0 / (rod.mass[e, i] * sigma)
-        x, y, z = inverse * s.fr[e * P + i, 0], inverse * s.fr[e * P + i, 1], inverse * s.fr[e * P + i, 2]
-        for k in range(P):
-            coupling = rod.coupling[e, k, i]
-            f[N0 + 3 * k] += coupling * x
-            f[N0 + 3 * k + 1] += coupling * y
-            f[N0 + 3 * k + 2] += coupling * z
-    for i in range(1, P):
-        for c in range(3):
-            f[TURN0 - 3 + 3 * i + c] = -s.fp[e * P + i, c]
+        x, y, z = -load(s.fn, (group, k, 0)), -load(s.fn, (group, k, 1)), -load(s.fn, (group, k, 2))
+        for i in range(1, P):
+            coupling = load(rod.four.coupling, (group, k, i))
+            x += coupling * load(s.places, (i, 0))
+            y += coupling * load(s.places, (i, 1))
+            z += coupling * load(s.places, (i, 2))
+        store(f, (group, N0 + 3 * k), x)
+        store(f, (group, N0 + 3 * k + 1), y)
+        store(f, (group, N0 + 3 * k + 2), z)
+
+
+@compiled(**INLINED)
+def _forward(s: Solver, group: int) -> None:
+    """Eliminate the inside of a group's elements from s.local_right."""
+    f, local, pivots = s.local_right, s.local, s.pivots
     k = SIZE - 1
     while k >= OUTER:
-        row0, row1, row2 = local[k], local[k - 1], local[k - 2]
-        f0 = f[k] * pivots[k]
-        f[k - 1] -= f0 * row0[k - 1]
-        f1 = f[k - 1] * pivots[k - 1]
-        f[k - 2] -= f0 * row0[k - 2] + f1 * row1[k - 2]
-        f2 = f[k - 2] * pivots[k - 2]
-        for j in range(k - 2):
-            f[j] -= f0 * row0[j] + f1 * row1[j] + f2 * row2[j]
+        f0 = load(f, (group, k)) * load(pivots, (group, k))
+        right1 = load(f, (group, k - 1)) - f0 * load(local, (group, k, k - 1))
+        f1 = right1 * load(pivots, (group, k - 1))
+        right2 = load(f, (group, k - 2)) - f0 * load(local, (group, k, k - 2))
+        right2 -= f1 * load(local, (group, k - 1, k - 2))
+        f2 = right2 * load(pivots, (group, k - 2))
+        store(f, (group, k - 1), right1)
+        store(f, (group, k - 2), right2)
+        for j in range(TURNS if k >= TURN0 else 0, k - 2, 3):
+            _take_rows(f, local, group, k, j, f0, f1, f2)
+            _take_rows(f, local, group, k, j + 1, f0, f1, f2)
+            _take_rows(f, local, group, k, j + 2, f0, f1, f2)
         k -= 3
 
 
 @compiled(**INLINED)
-def _backward(rod: Rod, s: Solver, e: int, sigma: float) -> None:
-    """Increments of the inside of an element from those of its outside, into s.fr, s.fp, s.fn."""
-    f, local, pivots = s.local_right[e], s.local[e], s.pivots[e]
+def _take_rows(f: Array, local: Array, group: int, k: int, j: int, f0: Any, f1: Any, f2: Any) -> None:
+    """Take column j of three rows, each with its factor, from f."""
+    taken = f0 * load(local, (group, k, j)) + f1 * load(local, (group, k - 1, j))
+    store(f, (group, j), load(f, (group, j)) - taken - f2 * load(local, (group, k - 2, j)))
+
+
+@compiled(**INLINED)
+def _backward(s: Solver, group: int) -> None:
+    """Increments of the inside of a group's elements from those of its outside, in s.local_right."""
+    f, local, pivots = s.local_right, s.local, s.pivots
+    zero = spread(0.0)
     k = OUTER
     while k < SIZE:
-        row0, row1, row2 = local[k], local[k + 1], local[k + 2]
-        f0 = f1 = f2 = 0.0
-        for j in range(k):
-            f0 += row0[j] * f[j]
-            f1 += row1[j] * f[j]
-            f2 += row2[j] * f[j]
-        f[k] = (f[k] - f0) * pivots[k]
-        f[k + 1] = (f[k + 1] - f1 - row1[k] * f[k]) * pivots[k + 1]
-        f[k + 2] = (f[k + 2] - f2 - row2[k] * f[k] - row2[k + 1] * f[k + 1]) * pivots[k + 2]
+        # (three sums of each: they do not wait for each other)
+        a0 = a1 = a2 = b0 = b1 = b2 = c0 = c1 = c2 = zero
+        for j in range(TURNS if k >= TURN0 else 0, k, 3):
+            x, y, z = load(f, (group, j)), load(f, (group, j + 1)), load(f, (group, j + 2))
+            a0 += load(local, (group, k, j)) * x
+            a1 += load(local, (group, k + 1, j)) * x
+            a2 += load(local, (group, k + 2, j)) * x
+            b0 += load(local, (group, k, j + 1)) * y
+            b1 += load(local, (group, k + 1, j + 1)) * y
+            b2 += load(local, (group, k + 2, j + 1)) * y
+            c0 += load(local, (group, k, j + 2)) * z
+            c1 += load(local, (group, k + 1, j + 2)) * z
+            c2 += load(local, (group, k + 2, j + 2)) * z
+        x0 = (load(f, (group, k)) - a0 - b0 - c0) * load(pivots, (group, k))
+        x1 = load(f, (group, k + 1)) - a1 - b1 - c1 - load(local, (group, k + 1, k)) * x0
+        x1 *= load(pivots, (group, k + 1))
+        x2 = load(f, (group, k + 2)) - a2 - b2 - c2 - load(local, (group, k + 2, k)) * x0
+        x2 = (x2 - load(local, (group, k + 2, k + 1)) * x1) * load(pivots, (group, k + 2))
+        store(f, (group, k), x0)
+        store(f, (group, k + 1), x1)
+        store(f, (group, k + 2), x2)
         k += 3
+
+
+@compiled(**INLINED)
+def _hand_out(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
+    """Increments of a group from s.local_right into s.fr, s.fp, s.fn; of r inside from those of n."""
+    f, zero = s.local_right, spread(0.0)
     for k in range(P):
         for c in range(3):
-            s.fn[e, k, c] = f[N0 + 3 * k + c]
+            store(s.fn, (group, k, c), load(f, (group, N0 + 3 * k + c)))
     for i in range(1, P):
-        node = e * P + i
-        inverse = 1.0 / (rod.mass[e, i] * sigma)
-        for c in range(3):
-            s.fp[node, c] = f[TURN0 - 3 + 3 * i + c]
-            total = s.fr[node, c]
-            for k in range(P):
-                total += rod.coupling[e, k, i] * f[N0 + 3 * k + c]
-            s.fr[node, c] = -total * inverse
+        x, y, z, _ = of_nodes(s.fr, group, last, i)
+        for k in range(P):
+            coupling = load(rod.four.coupling, (group, k, i))
+            x += coupling * load(f, (group, N0 + 3 * k))
+            y += coupling * load(f, (group, N0 + 3 * k + 1))
+            z += coupling * load(f, (group, N0 + 3 * k + 2))
+        inverse = (-1.0 / sigma) / load(rod.four.mass, (group, i))
+        add_to_nodes(s.fr, group, last, i, inverse * x, inverse * y, inverse * z, zero, False)
+        row = TURN0 - 3 + 3 * i
+        a, b, c4 = load(f, (group, row)), load(f, (group, row + 1)), load(f, (group, row + 2))
+        add_to_nodes(s.fp, group, last, i, a, b, c4, zero, False)
 
 
 @compiled(**INLINED)
@@ -185,31 +277,39 @@ def _back(own: Array, after: Array, x: Array, y: Array) -> None:
         )
 
 
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def solve(rod: Rod, s: Solver, sigma: float) -> None:
     """Overwrite the residuals s.fr, s.fp, s.fn by the increments that would take them to 0."""
-    elements = s.local.shape[0]
+    elements, groups = s.own.shape[0] - 1, s.local.shape[0]
+    last = elements - 1
     for e in range(elements + 1):
         node = e * P
         for c in range(3):
             s.right[e, c] = -s.fr[node, c]
             s.right[e, 3 + c] = -s.fp[node, c]
+    for group in range(groups):
+        _right_hand_side(rod, s, group, last, sigma)
+        _forward(s, group)
     for e in range(elements):
-        _forward(rod, s, e, sigma)
+        group, lane = e // WIDTH, e % WIDTH
         for i in range(SIX):
-            s.right[e, i] += s.local_right[e, i]
-            s.right[e + 1, i] += s.local_right[e, SIX + i]
+            s.right[e, i] += s.local_right[group, AS_LEFT[i], lane]
+            s.right[e + 1, i] += s.local_right[group, AS_RIGHT[i], lane]
     for e in range(1, elements - 1):
         _take(s.next[e], s.right[e], s.right[e + 1])
     for i in range(SIX):
         s.right[0, i] = s.right[elements, i] = 0.0
     for e in range(elements - 1, 0, -1):
         _back(s.own[e], s.next[e], s.right[e], s.right[e + 1])
-    for e in range(elements):
+    for place in range(WIDTH * groups):
+        group, lane, e = place // WIDTH, place % WIDTH, min(place, last)
         for i in range(SIX):
-            s.local_right[e, i] = s.right[e, i]
-            s.local_right[e, SIX + i] = s.right[e + 1, i]
-        _backward(rod, s, e, sigma)
+            s.local_right[group, AS_LEFT[i], lane] = s.right[e, i]
+            s.local_right[group, AS_RIGHT[i], lane] = s.right[e + 1, i]
+    # (backwards: what was last read is still near)
+    for group in range(groups - 1, -1, -1):
+        _backward(s, group)
+        _hand_out(rod, s, group, last, sigma)
     for e in range(elements + 1):
         node = e * P
         for c in range(3):

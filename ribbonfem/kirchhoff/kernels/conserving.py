@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ribbonfem.compiled.copies import copy
+from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
@@ -22,8 +22,9 @@ from ribbonfem.stepping.kernels.arrays import Ramp
 from .arrays import MEMORY, POINTS, SIGMA, Motion, Scratch
 from .condensed import solve
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
+from .points import Vector, bend, body, dot, interpolated, tangent_of
+from .rod import OPTIONS, WIDTH, P, Rod, Solver
 from .rotations import rotate, turn_between
-from .tangent import OPTIONS, P, Rod, Solver, _bend, _body, _interpolate
 
 # Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the
 # places of the rates of stages, t.stage_v[1] and t.stage_turning[1], mean velocities of the last steps in
@@ -38,15 +39,18 @@ SHARE = (5.0 / 18.0, 5.0 / 18.0, 8.0 / 18.0)
 
 
 @compiled(**OPTIONS)
-def _direction(rod: Rod, s: Solver, e: int, k: int, g: Array, n: Array, tangent: Array) -> float:
-    """The unit tangent at a Gauss point; returns n along it."""
-    _interpolate(rod, e, k, g, s.q, s.p)
-    q0, q1, q2, q3 = s.q[0], s.q[1], s.q[2], s.q[3]
-    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
-    tangent[0] = inverse * (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3)
-    tangent[1] = 2.0 * inverse * (q1 * q2 + q0 * q3)
-    tangent[2] = 2.0 * inverse * (q1 * q3 - q0 * q2)
-    return float(n[0] * tangent[0] + n[1] * tangent[1] + n[2] * tangent[2])
+def _force(n: Array, place: int, k: int) -> Vector:
+    """The force at a Gauss point of an element, or of a place without one."""
+    group, lane = place // WIDTH, place % WIDTH
+    return n[group, k, 0, lane], n[group, k, 1, lane], n[group, k, 2, lane]
+
+
+@compiled(**OPTIONS)
+def _direction(rod: Rod, e: int, k: int, g: Array) -> Vector:
+    """The unit tangent at a Gauss point."""
+    q, _ = interpolated(rod, e, k, g)
+    _, tangent = tangent_of(q)
+    return tangent
 
 
 @compiled(**OPTIONS)
@@ -60,20 +64,23 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
                 path[i, c] = g0[i, c]
             rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
         for e in range(rod.weights.shape[0]):
-            for i in range(P + 1):
-                for c in range(4):
-                    s.gradient[i, c] = 0.0
             for k in range(P):
-                _interpolate(rod, e, k, path, s.q, s.p)
-                _bend(rod, 0.0, s.q, s.p, pull[e * P + k], s.gq, s.gp, s.tangent)
+                q, p = interpolated(rod, e, k, path)
+                row = e * P + k
+                gq, gp, _, _ = bend(rod.stiff, 0.0, q, p, (pull[row, 0], pull[row, 1], pull[row, 2]))
                 share = SHARE[j] * rod.weights[e, k]
                 for i in range(P + 1):
-                    value, slope = share * rod.value[k, i], share * rod.slope[e, k, i]
-                    for c in range(4):
-                        s.gradient[i, c] += value * s.gq[c] + slope * s.gp[c]
-            for i in range(P + 1):
-                for c in range(3):
-                    s.fp[e * P + i, c] += _body(path, e * P + i, s.gradient[i], c)
+                    value, slope, node = share * rod.value[k, i], share * rod.slope[e, k, i], e * P + i
+                    by_g = (
+                        value * gq[0] + slope * gp[0],
+                        value * gq[1] + slope * gp[1],
+                        value * gq[2] + slope * gp[2],
+                        value * gq[3] + slope * gp[3],
+                    )
+                    moment = body((path[node, 0], path[node, 1], path[node, 2], path[node, 3]), by_g)
+                    s.fp[node, 0] += moment[0]
+                    s.fp[node, 1] += moment[1]
+                    s.fp[node, 2] += moment[2]
 
 
 @compiled(**OPTIONS)
@@ -84,39 +91,47 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             s.fr[i, c] = rod.inertia[i, c] * t.force[i, c]
             s.fp[i, c] = 0.0
         s.fp[i, 0] = rod.inertia[i, 3] * t.force[i, 3]
-    pull = t.stage_turning[1]
-    for e in range(rod.weights.shape[0]):
+    pull, last = t.stage_turning[1], rod.weights.shape[0] - 1
+    for place in range(WIDTH * rod.four.weights.shape[0]):
+        # (places without an element repeat the last one's gaps, and add no forces)
+        e, real = min(place, last), place <= last
+        group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
-            n = t.n[e, k]
+            n, tangent = _force(t.n, place, k), _direction(rod, e, k, y.g)
             # N1 is what makes the mean n.m
-            mean = 0.5 * _direction(rod, s, e, k, y.g, n, s.tangent)
-            first = 0.0
-            for c in range(3):
-                first += y.n[e, k, c] * s.tangent[c]
-            mean += 0.5 * _direction(rod, s, e, k, t.g, n, s.tangent)
+            mean, first = 0.5 * dot(n, tangent), dot(_force(y.n, place, k), tangent)
+            tangent = _direction(rod, e, k, t.g)
+            mean += 0.5 * dot(n, tangent)
             stretch = rod.weights[e, k] * (1.0 + rod.soft * (2.0 * mean - first))
             for c in range(3):
-                pull[e * P + k, c] = (1.0 + rod.soft * mean) * n[c]
-                gap = 0.0
+                force, gap = t.n[group, k, c, lane], 0.0
                 for i in range(P + 1):
                     coupling = rod.coupling[e, k, i]
                     gap += coupling * t.x[e * P + i, c]
-                    s.fr[e * P + i, c] += coupling * n[c]
-                s.fn[e, k, c] = gap - stretch * s.tangent[c]
+                    if real:
+                        s.fr[e * P + i, c] += coupling * force
+                if real:
+                    pull[e * P + k, c] = (1.0 + rod.soft * mean) * force
+                s.fn[group, k, c, lane] = gap
+            s.fn[group, k, 0, lane] -= stretch * tangent[0]
+            s.fn[group, k, 1, lane] -= stretch * tangent[1]
+            s.fn[group, k, 2, lane] -= stretch * tangent[2]
     _mean_moments(rod, s, t, y.g)
 
 
 @compiled(**OPTIONS)
-def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
+def _end_forces(rod: Rod, t: Scratch, y: Motion) -> None:
     """Give t.n the axial force of the step's end, in a rod that stretches."""
-    for e in range(rod.weights.shape[0]):
+    last = rod.weights.shape[0] - 1
+    for place in range(WIDTH * rod.four.weights.shape[0]):
+        e, group, lane = min(place, last), place // WIDTH, place % WIDTH
         for k in range(P):
-            along = _direction(rod, s, e, k, y.g, t.n[e, k], s.tangent)
-            for c in range(3):
-                along -= y.n[e, k, c] * s.tangent[c]
-            _direction(rod, s, e, k, t.g, t.n[e, k], s.tangent)
-            for c in range(3):
-                t.n[e, k, c] += along * s.tangent[c]
+            tangent = _direction(rod, e, k, y.g)
+            along = dot(_force(t.n, place, k), tangent) - dot(_force(y.n, place, k), tangent)
+            tangent = _direction(rod, e, k, t.g)
+            t.n[group, k, 0, lane] += along * tangent[0]
+            t.n[group, k, 1, lane] += along * tangent[1]
+            t.n[group, k, 2, lane] += along * tangent[2]
 
 
 @compiled(**OPTIONS)
@@ -169,7 +184,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
         solve(rod, s, sigma)
         size = size_of(s)
         # a comparison that NaN fails; max() may hide one in either argument
-        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
+        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0, 0])
         if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
             fresh = True
             continue
@@ -183,7 +198,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
             _rates(t, y, b, h, nu)
             if rod.soft > 0.0:
-                _end_forces(rod, s, t, y)
+                _end_forces(rod, t, y)
             return iteration
         fresh = iteration > 1 and rate > 0.3
         before = size
@@ -205,12 +220,9 @@ def guess_ringing(t: Scratch, clock: Array) -> None:
     for i in range(1, t.g.shape[0] - 1):
         for c in range(4):
             t.a[i, c] = t.known_a[last, i, c] + t.known_a[second, i, c] - t.known_a[third, i, c]
-    for e in range(t.n.shape[0]):
-        for k in range(P):
-            for c in range(3):
-                t.n[e, k, c] = (
-                    t.known_n[last, e, k, c] + t.known_n[second, e, k, c] - t.known_n[third, e, k, c]
-                )
+    copy(t.known_n[last], t.n)
+    add(t.known_n[second], 1.0, t.n)
+    add(t.known_n[third], -1.0, t.n)
 
 
 @compiled(**OPTIONS)

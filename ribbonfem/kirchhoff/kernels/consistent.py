@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import SIGMA, Motion, Scratch
 from .condensed import factorise, solve
-from .tangent import (
-    OPTIONS,
-    STIFF,
-    P,
-    Rod,
-    Solver,
-    _bend,
-    _body,
-    _interpolate,
-    fill_element,
-    residual,
-)
+from .points import bend, body, interpolated
+from .residual import residual
+from .rod import OPTIONS, WIDTH, P, Rod, Solver
+from .tangent import STIFF, fill
 
 
 @compiled(**OPTIONS)
@@ -63,10 +56,15 @@ def _impulse_residual(
             s.fp[i, 0] = rod.inertia[i, 3] * (t.spin[i, 0] - old[i, 3])
     axial = STIFF if rod.soft > 0.0 else 0.0
     rates = m.a if second else t.v
-    for e in range(rod.weights.shape[0]):
+    last = rod.weights.shape[0] - 1
+    for place in range(WIDTH * rod.four.weights.shape[0]):
+        # (places without an element repeat the last one's gaps, and add no forces)
+        e, real = min(place, last), place <= last
+        group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
-            _interpolate(rod, e, k, g, s.q, s.p)
-            pull = _bend(rod, rod.soft, s.q, s.p, m.n[e, k], s.gq, s.gp, s.tangent)
+            q, p = interpolated(rod, e, k, g)
+            force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
+            _, _, tangent, pull = bend(rod.stiff, rod.soft, q, p, force)
             weight = rod.weights[e, k]
             stretch = 1.0 + rod.soft * pull
             # rates of the interpolated quaternion, by t.spin, and by t.turning alone twice
@@ -92,9 +90,9 @@ def _impulse_residual(
                     w1 -= square * x
                     w2 -= square * y
                     w3 -= square * z
-            q0, q1, q2, q3 = s.q[0], s.q[1], s.q[2], s.q[3]
+            q0, q1, q2, q3 = q
             inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
-            tx, ty, tz = s.tangent[0], s.tangent[1], s.tangent[2]
+            tx, ty, tz = tangent
             # derivative of t along d
             along = 2.0 * inverse * (q0 * d0 + q1 * d1 + q2 * d2 + q3 * d3)
             rx = 2.0 * inverse * (q0 * d0 + q1 * d1 - q2 * d2 - q3 * d3) - along * tx
@@ -127,37 +125,35 @@ def _impulse_residual(
             held = 0.0
             if axial > 0.0:
                 # the axial force of the stretched rod takes no impulse, and does not jump
-                for c in range(3):
-                    change = t.n[e, k, c] - (m.n[e, k, c] if second else 0.0)
-                    held += weight * axial * change * s.tangent[c]
-            s.fn[e, k, 0] = -weight * (stretch * rx + hx) - held * tx
-            s.fn[e, k, 1] = -weight * (stretch * ry + hy) - held * ty
-            s.fn[e, k, 2] = -weight * (stretch * rz + hz) - held * tz
+                held = t.n[group, k, 0, lane] * tx + t.n[group, k, 1, lane] * ty + t.n[group, k, 2, lane] * tz
+                if second:
+                    held -= force[0] * tx + force[1] * ty + force[2] * tz
+                held *= weight * axial
+            s.fn[group, k, 0, lane] = -weight * (stretch * rx + hx) - held * tx
+            s.fn[group, k, 1, lane] = -weight * (stretch * ry + hy) - held * ty
+            s.fn[group, k, 2, lane] = -weight * (stretch * rz + hz) - held * tz
             for i in range(P + 1):
                 node, coupling = e * P + i, rod.coupling[e, k, i]
                 for c in range(3):
-                    s.fn[e, k, c] += coupling * rates[node, c]
-                    if not second:
-                        s.fr[node, c] += coupling * t.n[e, k, c]
-            if not second:
-                # -T^T of the impulse: the derivative of -n.t in q, as in `_bend`
-                n0, n1, n2 = t.n[e, k, 0], t.n[e, k, 1], t.n[e, k, 2]
+                    s.fn[group, k, c, lane] += coupling * rates[node, c]
+                    if real and not second:
+                        s.fr[node, c] += coupling * t.n[group, k, c, lane]
+            if real and not second:
+                # -T^T of the impulse: the derivative of -n.t in q, as in `bend`
+                n0, n1, n2 = t.n[group, k, 0, lane], t.n[group, k, 1, lane], t.n[group, k, 2, lane]
                 v0 = -(n0 * q1 + n1 * q2 + n2 * q3)
                 v1 = n0 * q0 + n1 * q3 - n2 * q2
                 v2 = n1 * q0 + n2 * q1 - n0 * q3
                 v3 = n2 * q0 + n0 * q2 - n1 * q1
                 pull = n0 * tx + n1 * ty + n2 * tz
                 factor = 2.0 * inverse * weight * stretch
-                s.gq[0] = factor * (pull * q0 - v1)
-                s.gq[1] = factor * (pull * q1 + v0)
-                s.gq[2] = factor * (pull * q2 + v3)
-                s.gq[3] = factor * (pull * q3 - v2)
+                by_q = pull * q0 - v1, pull * q1 + v0, pull * q2 + v3, pull * q3 - v2
                 for i in range(P + 1):
                     node = e * P + i
-                    for c in range(4):
-                        s.p[c] = rod.value[k, i] * s.gq[c]
-                    for c in range(3):
-                        s.fp[node, c] += _body(g, node, s.p, c)
+                    moment = body((g[node, 0], g[node, 1], g[node, 2], g[node, 3]), by_q)
+                    s.fp[node, 0] += rod.value[k, i] * factor * moment[0]
+                    s.fp[node, 1] += rod.value[k, i] * factor * moment[1]
+                    s.fp[node, 2] += rod.value[k, i] * factor * moment[2]
 
 
 @compiled(**OPTIONS)
@@ -170,10 +166,8 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp)
     refinement of the solution takes it back.
     """
     nodes = m.g.shape[0]
-    elements = rod.weights.shape[0]
     m.clock[SIGMA] = 0.0
-    for e in range(elements):
-        fill_element(rod, s, e, m.g, m.n, 1.0, True)
+    fill(rod, s, m.g, m.n, 1.0, True)
     factorise(s)
     impulse = 0.0
     for second in (False, True):
@@ -185,10 +179,8 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp)
             for c in range(4):
                 if not second:
                     t.v[i, c] = m.v[i, c]
-        for e in range(elements):
-            for k in range(P):
-                for c in range(3):
-                    t.n[e, k, c] = m.n[e, k, c] if second else 0.0
+        for k in range(t.n.size):
+            t.n.flat[k] = m.n.flat[k] if second else 0.0
         for i in range(nodes):
             t.spin[i, 0] = m.a[i, 3] if second else m.v[i, 3]
         if not second:
@@ -208,10 +200,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp)
                         m.a[i, c] += s.fr[i, c]
                     else:
                         t.v[i, c] += s.fr[i, c]
-            for e in range(elements):
-                for k in range(P):
-                    for c in range(3):
-                        t.n[e, k, c] += s.fn[e, k, c]
+            add(s.fn, 1.0, t.n)
             if change <= 1e-11 * size:
                 break
         for i in range(1, nodes - 1):
@@ -222,10 +211,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp)
                 for c in range(4):
                     m.v[i, c] = t.v[i, c]
         if second:
-            for e in range(elements):
-                for k in range(P):
-                    for c in range(3):
-                        m.n[e, k, c] = t.n[e, k, c]
+            copy(t.n, m.n)
     tangents(m.g, m.tangent)
     for i in range(nodes):
         w, x, y, z = m.g[i, 0], m.g[i, 1], m.g[i, 2], m.g[i, 3]

@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
-from .tangent import INLINED, P, Rod, Solver, _interpolate, _strains, add_element
+from .points import bend, body, dot, interpolated, interpolated_fours, strains, tangent_of
+from .residual import collect
+from .rod import INLINED, P, Rod, Solver
 
 
 @compiled(**INLINED)
 def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     """Of bending, twist and stretch."""
-    total = 0.0
-    for e in range(rod.weights.shape[0]):
+    elements, total = rod.weights.shape[0], 0.0
+    for group in range(rod.four.weights.shape[0]):
+        collect(g, group, elements - 1, s.frames)
+        share = spread(0.0)
         for k in range(P):
-            _interpolate(rod, e, k, g, s.q, s.p)
-            _, k1, k2, k3 = _strains(s.q, s.p, s.tangent)
-            pull = n[e, k, 0] * s.tangent[0] + n[e, k, 1] * s.tangent[1] + n[e, k, 2] * s.tangent[2]
+            q, p = interpolated_fours(rod, group, k, s.frames)
+            inverse, tangent = tangent_of(q)
+            k1, k2, k3 = strains(inverse, q, p)
+            pull = dot((load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))), tangent)
             twice = rod.stiff[0] * k1 * k1 + rod.stiff[1] * k2 * k2 + rod.stiff[2] * k3 * k3
-            total += 0.5 * rod.weights[e, k] * (twice + rod.soft * pull * pull)
+            share += load(rod.four.weights, (group, k)) * (twice + rod.soft * pull * pull)
+        for place in range(min(WIDTH, elements - WIDTH * group)):
+            total += 0.5 * lane(share, place)
     return total
 
 
 @compiled(**INLINED)
-def clamp_moment(rod: Rod, s: Solver, x: Array, g: Array, n: Array) -> float:
-    """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha; overwrites residuals."""
-    s.fp[0, 1] = 0.0
-    add_element(rod, s, 0, x, g, n)
-    return float(s.fp[0, 1])
+def clamp_moment(rod: Rod, g: Array, n: Array) -> float:
+    """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha."""
+    f0 = f1 = f2 = f3 = 0.0
+    for k in range(P):
+        q, p = interpolated(rod, 0, k, g)
+        gq, gp, _, _ = bend(rod.stiff, rod.soft, q, p, (n[0, k, 0, 0], n[0, k, 1, 0], n[0, k, 2, 0]))
+        value, slope = rod.weights[0, k] * rod.value[k, 0], rod.weights[0, k] * rod.slope[0, k, 0]
+        f0, f1 = f0 + value * gq[0] + slope * gp[0], f1 + value * gq[1] + slope * gp[1]
+        f2, f3 = f2 + value * gq[2] + slope * gp[2], f3 + value * gq[3] + slope * gp[3]
+    return float(body((g[0, 0], g[0, 1], g[0, 2], g[0, 3]), (f0, f1, f2, f3))[1])

@@ -6,10 +6,13 @@ so that nothing is added that does not add.  All state is in `Motion` and its cl
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import lane, larger, load, spread, store
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp, Scheme, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
@@ -19,7 +22,7 @@ from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean
 from .consistent import project, tangents
 from .energies import clamp_moment, elastic_energy
 from .newton import guess, newton, remember
-from .tangent import OPTIONS, P, Rod
+from .rod import OPTIONS, WIDTH, P, Rod
 
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
 CREEP, LEAST = 0.1, 0.01
@@ -60,12 +63,14 @@ def _known(
                 t.tp[node, c] = y.tangent[node, c] + 0.5 * h * y.turning[node, c]
         return m.r1 * h * h * share, m.v1 * h * share, 0.5 * h
     diagonal = h * m.a[i, i]
-    copy(y.v, t.vp)
-    copy(y.x, t.xp)
-    for j in range(i):
-        add(t.stage_a[j], h * m.a[i, j], t.vp)
-        add(t.stage_v[j], h * m.a[i, j], t.xp)
-    add(t.vp, diagonal, t.xp)
+    for node in range(1, nodes - 1):
+        x, v = load(y.x, (node,)), load(y.v, (node,))
+        for j in range(i):
+            share = h * m.a[i, j]
+            x += share * load(t.stage_v, (j, node))
+            v += share * load(t.stage_a, (j, node))
+        store(t.vp, (node,), v)
+        store(t.xp, (node,), x + diagonal * v)
     if gyroscopic:
         copy(y.tangent, t.tp)
         for j in range(i):
@@ -169,7 +174,7 @@ def _mean_stage(
 @compiled(**OPTIONS)
 def _flows(model: Moving, nu: float) -> tuple[float, float]:
     rod, t = model.rod, model.scratch
-    return _kinetic(rod, t.v), clamp_moment(rod, model.solver, t.x, t.g, t.n)
+    return _kinetic(rod, t.v), clamp_moment(rod, t.g, t.n)
 
 
 @compiled(**OPTIONS)
@@ -191,22 +196,22 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     Errors made while it creeps towards a fold add up and shift the snap; those made while it rings do not.
     """
     t, y = model.scratch, model.motion
-    largest = speed = 0.0
+    largest = fastest = spread(0.0)
     share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
     for node in range(1, y.x.shape[0] - 1):
-        for c in range(3):
-            change = 0.0
-            if m.kind != DIRK:
-                known = (m.alpha_f * y.a[node, c] - m.alpha_m * y.auxiliary[node, c]) / (1.0 - m.alpha_m)
-                new = share * t.a[node, c] + known
-                change = h * h * (m.error0 * y.auxiliary[node, c] + m.error1 * new)
-            else:
-                for j in range(m.stages):
-                    change += m.error[j] * t.stage_v[j, node, c]
-                change *= h
-            largest = max(largest, abs(change))
-            speed = max(speed, abs(t.v[node, c]))
-    return largest / _share(speed)
+        change, v = spread(0.0), load(t.v, (node,))
+        if m.kind != DIRK:
+            old = load(y.auxiliary, (node,))
+            known = (m.alpha_f * load(y.a, (node,)) - m.alpha_m * old) / (1.0 - m.alpha_m)
+            change = h * (m.error0 * old + m.error1 * (share * load(t.a, (node,)) + known))
+        else:
+            for j in range(m.stages):
+                change += m.error[j] * load(t.stage_v, (j, node))
+        largest, fastest = larger(largest, change * change), larger(fastest, v * v)
+    # (of positions, not of theta)
+    error = max(lane(largest, 0), lane(largest, 1), lane(largest, 2))
+    speed = max(lane(fastest, 0), lane(fastest, 1), lane(fastest, 2))
+    return h * math.sqrt(error) / _share(math.sqrt(speed))
 
 
 @compiled(**OPTIONS)
@@ -256,8 +261,8 @@ def _energies(model: Moving, x: Array, g: Array, n: Array, v: Array) -> tuple[fl
     load = 0.0
     for e in range(rod.weights.shape[0]):
         for k in range(P):
-            load -= rod.weights[e, k] * n[e, k, 0]
-    return _kinetic(rod, v), elastic_energy(rod, s, g, n), clamp_moment(rod, s, x, g, n), load
+            load -= rod.weights[e, k] * n[e // WIDTH, k, 0, e % WIDTH]
+    return _kinetic(rod, v), elastic_energy(rod, s, g, n), clamp_moment(rod, g, n), load
 
 
 @compiled(**OPTIONS)

@@ -13,14 +13,17 @@ import numpy as np
 
 from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import load, store
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
 from .condensed import factorise, solve
 from .consistent import tangents
-from .rotations import rotate, twist
-from .tangent import INLINED, OPTIONS, P, Rod, Solver, fill_element, residual
+from .residual import residual
+from .rod import INLINED, OPTIONS, P, Rod, Solver
+from .rotations import normalise_inner, rotate_inner, twists
+from .tangent import fill
 
 NEWTON_LIMIT = 20
 # relative change of 1 / (step)^2 for which factors are kept
@@ -56,8 +59,7 @@ def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None
 @compiled(**OPTIONS)
 def make_factors(rod: Rod, s: Solver, g: Array, n: Array, sigma: float, clock: Array) -> None:
     """New factors of the tangent, and that they are for sigma."""
-    for e in range(rod.weights.shape[0]):
-        fill_element(rod, s, e, g, n, sigma, False)
+    fill(rod, s, g, n, sigma, False)
     factorise(s)
     clock[SIGMA] = sigma
     clock[ASSEMBLIES] += 1.0
@@ -79,8 +81,7 @@ def _rates(t: Scratch, g0: Array, b: float, f: float) -> None:
     """Twists, and the accelerations and velocities that go with the positions."""
     inner = range(4, t.x.size - 4)
     inverse = 1.0 / b
-    for i in range(1, g0.shape[0] - 1):
-        t.x[i, 3] = twist(g0, t.g, i)
+    twists(g0, t.g, t.x)
     # (a loop for each: of more arrays the compiler does not ask whether they overlap, and makes no vectors)
     for k in inner:
         t.a.flat[k] = (t.x.flat[k] - t.xp.flat[k]) * inverse
@@ -91,14 +92,10 @@ def _rates(t: Scratch, g0: Array, b: float, f: float) -> None:
 @compiled(**OPTIONS)
 def move(s: Solver, t: Scratch, part: float) -> None:
     """Add the increments in s to t.x, t.g and, a part of them, to t.n."""
-    for i in range(1, s.fr.shape[0] - 1):
-        rotate(t.g, i, s.fp[i, 0], s.fp[i, 1], s.fp[i, 2])
-        for c in range(3):
-            t.x[i, c] += s.fr[i, c]
-    for e in range(s.fn.shape[0]):
-        for k in range(P):
-            for c in range(3):
-                t.n[e, k, c] += part * s.fn[e, k, c]
+    rotate_inner(t.g, s.fp)
+    # (what this adds to theta is not: that follows from the frames)
+    add(s.fr, 1.0, t.x)
+    add(s.fn, part, t.n)
 
 
 @compiled(**OPTIONS)
@@ -140,7 +137,7 @@ def newton(
         solve(rod, s, sigma)
         size = size_of(s)
         # a comparison that NaN fails; max() may hide one in either argument
-        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0])
+        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0, 0])
         if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
             # the old factors are no good here: take no step with them
             fresh = True
@@ -181,37 +178,34 @@ def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array
     copy(a, t.known_a[slot])
 
 
-@compiled(**INLINED)
-def _sum_up(known: Array, weights: Array, newest: int, count: int, total: Array) -> None:
-    """The sum of the last stages, each with its weight."""
-    weight, source = weights[0], known[newest % MEMORY]
-    for k in range(total.size):
-        total.flat[k] = weight * source.flat[k]
-    for j in range(1, count):
-        add(known[(newest - j) % MEMORY], weights[j], total)
-
-
 @compiled(**OPTIONS)
 def guess(t: Scratch, clock: Array, time: float) -> None:
     """Guesses of g, n and a at a time, from the polynomial through the last stages known."""
     known = int(clock[POINTS])
+    # (those there are not yet count for nothing)
     count = min(GUESS, known)
-    for j in range(count):
-        weight = 1.0
+    for j in range(GUESS):
+        weight = 1.0 if j < count else 0.0
         tj = t.known_time[(known - 1 - j) % MEMORY]
-        for i in range(count):
+        for i in range(count if j < count else 0):
             if i != j:
                 ti = t.known_time[(known - 1 - i) % MEMORY]
                 weight *= (time - ti) / (tj - ti)
         t.lagrange[j] = weight
+    last, before, first = (known - 1) % MEMORY, (known - 2) % MEMORY, (known - 3) % MEMORY
+    a, b, c = t.lagrange[0], t.lagrange[1], t.lagrange[2]
     right = t.g.shape[0] - 1
-    _sum_up(t.known_g, t.lagrange, known - 1, count, t.g)
-    _sum_up(t.known_a, t.lagrange, known - 1, count, t.a)
-    _sum_up(t.known_n, t.lagrange, known - 1, count, t.n)
-    for i in range(1, right):
-        w, x, y, z = t.g[i, 0], t.g[i, 1], t.g[i, 2], t.g[i, 3]
-        scale = 1.0 / np.sqrt(w * w + x * x + y * y + z * z)
-        t.g[i, 0], t.g[i, 1], t.g[i, 2], t.g[i, 3] = scale * w, scale * x, scale * y, scale * z
+    for i in range(right):
+        total = a * load(t.known_g, (last, i)) + b * load(t.known_g, (before, i))
+        store(t.g, (i,), total + c * load(t.known_g, (first, i)))
+        total = a * load(t.known_a, (last, i)) + b * load(t.known_a, (before, i))
+        store(t.a, (i,), total + c * load(t.known_a, (first, i)))
+    for group in range(t.n.shape[0]):
+        for k in range(P):
+            for axis in range(3):
+                total = a * load(t.known_n, (last, group, k, axis))
+                total += b * load(t.known_n, (before, group, k, axis))
+                store(t.n, (group, k, axis), total + c * load(t.known_n, (first, group, k, axis)))
+    normalise_inner(t.g)
     # (the clamp's, to the last digit)
-    for c in range(4):
-        t.g[right, c] = t.known_g[(known - 1) % MEMORY, right, c]
+    store(t.g, (right,), load(t.known_g, (last, right)))

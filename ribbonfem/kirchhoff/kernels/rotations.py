@@ -5,41 +5,136 @@ from __future__ import annotations
 import math
 
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import WIDTH, all_below, lane, load, root, store, transposed
 from ribbonfem.results import Array
 
-from .tangent import INLINED, OPTIONS
+from .points import Quaternion, Value, Vector
+from .rod import INLINED, OPTIONS
+
+# half an angle squared below which a series has all digits of its sine and cosine
+_SMALL = 1e-4
+# tangent squared below which one has all digits of its angle
+_FLAT = 1e-2
 
 
 @compiled(**INLINED)
-def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
-    """g <- g exp(psi / 2) at node i, with psi = (a, b, c)."""
-    square = 0.25 * (a * a + b * b + c * c)
-    if square < 1e-4:
-        # sin(y) / y and cos(y), to the last digit
-        half = 0.5 * (1.0 - square * (1.0 - square * (1.0 - square / 42.0) / 20.0) / 6.0)
-        cosine = 1.0 - 0.5 * square * (1.0 - square * (1.0 - square / 30.0) / 12.0)
-    else:
-        angle = math.sqrt(square)
-        half = 0.5 * math.sin(angle) / angle
-        cosine = math.cos(angle)
-    a, b, c = half * a, half * b, half * c
-    w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
+def _series(square: Value) -> tuple[Value, Value]:
+    """sin(y) / (2 y) and cos(y), to the last digit for y^2 = square below `_SMALL`."""
+    half = 0.5 - square * (1.0 / 12.0 - square * (1.0 / 240.0 - square * (1.0 / 10080.0)))
+    cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)))
+    return half, cosine
+
+
+@compiled(**INLINED)
+def _turned(g: Quaternion, half: Value, cosine: Value, psi: Vector) -> Quaternion:
+    """g (cosine, half psi), of length 1."""
+    w, x, y, z = g
+    a, b, c = half * psi[0], half * psi[1], half * psi[2]
     w1 = w * cosine - x * a - y * b - z * c
     x1 = x * cosine + w * a + y * c - z * b
     y1 = y * cosine + w * b + z * a - x * c
     z1 = z * cosine + w * c + x * b - y * a
     # rounding would let the length drift over thousands of increments
     scale = 1.5 - 0.5 * (w1 * w1 + x1 * x1 + y1 * y1 + z1 * z1)
-    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scale * w1, scale * x1, scale * y1, scale * z1
+    return scale * w1, scale * x1, scale * y1, scale * z1
 
 
 @compiled(**INLINED)
-def twist(g0: Array, g: Array, i: int) -> float:
-    """theta of node i: of conj(g0) g about the tangent, in (-pi, pi]."""
-    w, x, y, z = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
-    along = w * g[i, 0] + x * g[i, 1] + y * g[i, 2] + z * g[i, 3]
-    across = w * g[i, 1] - x * g[i, 0] - y * g[i, 3] + z * g[i, 2]
-    return 2.0 * math.atan2(across, along) if along >= 0.0 else 2.0 * math.atan2(-across, -along)
+def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
+    """g <- g exp(psi / 2) at node i, with psi = (a, b, c)."""
+    square = 0.25 * (a * a + b * b + c * c)
+    half, cosine = _series(square)
+    if square >= _SMALL:
+        angle = math.sqrt(square)
+        half, cosine = 0.5 * math.sin(angle) / angle, math.cos(angle)
+    new = _turned((g[i, 0], g[i, 1], g[i, 2], g[i, 3]), half, cosine, (a, b, c))
+    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = new[0], new[1], new[2], new[3]
+
+
+@compiled(**INLINED)
+def _rows(array: Array, i: int) -> tuple[Value, Value, Value, Value]:
+    """The four columns of rows i to i + 3."""
+    return transposed(load(array, (i,)), load(array, (i + 1,)), load(array, (i + 2,)), load(array, (i + 3,)))
+
+
+@compiled(**INLINED)
+def _put_rows(array: Array, i: int, a: Value, b: Value, c: Value, d: Value) -> None:
+    """The reverse of `_rows`."""
+    rows = transposed(a, b, c, d)
+    store(array, (i,), rows[0])
+    store(array, (i + 1,), rows[1])
+    store(array, (i + 2,), rows[2])
+    store(array, (i + 3,), rows[3])
+
+
+@compiled(**INLINED)
+def normalise_inner(g: Array) -> None:
+    """Give the quaternions of all nodes but the clamped ones the length 1."""
+    i, right = 1, g.shape[0] - 1
+    while i < right:
+        if i + WIDTH <= right:
+            w, x, y, z = _rows(g, i)
+            scale = 1.0 / root(w * w + x * x + y * y + z * z)
+            _put_rows(g, i, scale * w, scale * x, scale * y, scale * z)
+            i += WIDTH
+        else:
+            w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
+            scale = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+            g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scale * w, scale * x, scale * y, scale * z
+            i += 1
+
+
+@compiled(**INLINED)
+def rotate_inner(g: Array, psi: Array) -> None:
+    """`rotate` at all nodes but the clamped ones, by psi (nodes, 4), whose last column does not count."""
+    i, right = 1, g.shape[0] - 1
+    while i < right:
+        if i + WIDTH <= right:
+            a, b, c, _ = _rows(psi, i)
+            square = 0.25 * (a * a + b * b + c * c)
+            if all_below(square, _SMALL):
+                half, cosine = _series(square)
+                new = _turned(_rows(g, i), half, cosine, (a, b, c))
+                _put_rows(g, i, new[0], new[1], new[2], new[3])
+                i += WIDTH
+                continue
+        rotate(g, i, psi[i, 0], psi[i, 1], psi[i, 2])
+        i += 1
+
+
+@compiled(**INLINED)
+def _about(g0: Quaternion, g: Quaternion) -> tuple[Value, Value]:
+    """Of conj(g0) g, what is along 1 and what is about the tangent."""
+    along = g0[0] * g[0] + g0[1] * g[1] + g0[2] * g[2] + g0[3] * g[3]
+    return along, g0[0] * g[1] - g0[1] * g[0] - g0[2] * g[3] + g0[3] * g[2]
+
+
+@compiled(**INLINED)
+def twists(g0: Array, g: Array, x: Array) -> None:
+    """theta of the inner nodes into x[:, 3]: of conj(g0) g about the tangent, in (-pi, pi]."""
+    i, right = 1, g.shape[0] - 1
+    while i < right:
+        if i + WIDTH <= right:
+            along, across = _about(_rows(g0, i), _rows(g, i))
+            ratio = across / along
+            square = ratio * ratio
+            if all_below(square, _FLAT):
+                total = 1.0 / 13.0 - square * (1.0 / 15.0)
+                total = 1.0 / 9.0 - square * (1.0 / 11.0 - square * total)
+                total = 1.0 / 5.0 - square * (1.0 / 7.0 - square * total)
+                total = 2.0 * ratio * (1.0 - square * (1.0 / 3.0 - square * total))
+                x[i, 3], x[i + 1, 3], x[i + 2, 3], x[i + 3, 3] = (
+                    lane(total, 0),
+                    lane(total, 1),
+                    lane(total, 2),
+                    lane(total, 3),
+                )
+                i += WIDTH
+                continue
+        w, a, b, c = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
+        along, across = _about((w, a, b, c), (g[i, 0], g[i, 1], g[i, 2], g[i, 3]))
+        x[i, 3] = 2.0 * (math.atan2(across, along) if along >= 0.0 else math.atan2(-across, -along))
+        i += 1
 
 
 @compiled(**OPTIONS)
