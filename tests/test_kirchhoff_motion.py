@@ -9,8 +9,9 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, delay, elastica, kirchhoff
 from ribbonfem.kirchhoff import motion, states
 from ribbonfem.kirchhoff.kernels import condensed, energies, tangent
+from ribbonfem.kirchhoff.kernels.fours import in_fours
 from ribbonfem.kirchhoff.kernels.residual import residual
-from ribbonfem.kirchhoff.kernels.rod import in_fours, solver
+from ribbonfem.kirchhoff.kernels.rod import solver
 from ribbonfem.policy import PolicyError
 from ribbonfem.stepping import methods
 

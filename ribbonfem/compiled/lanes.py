@@ -52,11 +52,11 @@ def _spread(builder: Any, value: Any) -> Any:
 def _register(operation: Any, name: str) -> None:
     @infer_global(operation)
     class _Template(ConcreteTemplate):
-        cases = [
+        cases = (
             signature(LANES, LANES, LANES),
             signature(LANES, LANES, types.float64),
             signature(LANES, types.float64, LANES),
-        ]
+        )
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         both = [
@@ -81,7 +81,7 @@ for _name, _operations in {
 
 @infer_global(operator.neg)
 class _Negation(ConcreteTemplate):
-    cases = [signature(LANES, LANES)]
+    cases = (signature(LANES, LANES),)
 
 
 @lower_builtin(operator.neg, LANES)

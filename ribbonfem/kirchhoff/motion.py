@@ -56,7 +56,8 @@ from ribbonfem.values import handed_over
 
 from . import plane, states
 from .kernels import arrays, condensed, conserving, loop, tangent
-from .kernels.rod import Four, P, Rod, in_fours, solver
+from .kernels.fours import in_fours
+from .kernels.rod import Four, P, Rod, solver
 from .problem import Frames, Statics, checked_mesh
 
 UNTIL = ("end", "snap", "decided")

@@ -28,6 +28,7 @@ from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
 from .kernels import statics as kernels
+from .kernels.fours import in_fours
 
 # Fold angles converge with the tenth power of the mesh; lower degrees are slower at equal error.
 DEGREE = 5
@@ -93,6 +94,8 @@ class Statics:
         self.ribbon = ribbon
         self.vary = vary
         self.tables: LineTables = line_tables(elements, degree)
+        # the same for four elements at a time
+        self.slope, self.weights = in_fours(self.tables.slope), in_fours(self.tables.weights)
         self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
         self.soft = 1.0 / ribbon.stretch_ratio if extensible else 0.0
         self.extensible = extensible
@@ -169,12 +172,11 @@ class Statics:
             state.g,
             state.force,
             tables.value,
-            tables.slope,
-            tables.weights,
+            self.slope,
+            self.weights,
             self.stiff,
             self.soft,
             turning,
-            basis,
             band,
             border,
             corner,

@@ -10,7 +10,8 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 
-from .rod import WIDTH, P, Rod, Solver, groups_of
+from .fours import WIDTH, groups_of
+from .rod import P, Rod, Solver
 
 # places in the clock behind those of the time loop
 SIGMA, ASSEMBLIES, POINTS, KNOWN, RATE, FORETOLD = range(COMMON, COMMON + 6)

@@ -9,12 +9,11 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import WIDTH, load, spread, store
 from ribbonfem.results import Array
 
+from .fours import INLINED, OPTIONS, add_to_nodes, of_nodes
 from .rod import (
     AS_LEFT,
     AS_RIGHT,
-    INLINED,
     N0,
-    OPTIONS,
     OUTER,
     SIX,
     SIZE,
@@ -23,8 +22,6 @@ from .rod import (
     P,
     Rod,
     Solver,
-    add_to_nodes,
-    of_nodes,
 )
 
 
@@ -149,12 +146,12 @@ def _right_hand_side(rod: Rod, s: Solver, group: int, last: int, sigma: float) -
     for i in range(OUTER):
         store(f, (group, i), zero)
     for i in range(1, P):
-        a, b, c, _ = of_nodes(s.fr, group, last, i)
+        a, b, c, _ = of_nodes(s.fr, group, last, P, i)
         inverse = (1.0 / sigma) / load(rod.four.mass, (group, i))
         store(s.places, (i, 0), inverse * a)
         store(s.places, (i, 1), inverse * b)
         store(s.places, (i, 2), inverse * c)
-        a, b, c, _ = of_nodes(s.fp, group, last, i)
+        a, b, c, _ = of_nodes(s.fp, group, last, P, i)
         store(f, (group, TURN0 - 3 + 3 * i), -a)
         store(f, (group, TURN0 - 2 + 3 * i), -b)
         store(f, (group, TURN0 - 1 + 3 * i), -c)
@@ -237,17 +234,17 @@ def _hand_out(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
         for c in range(3):
             store(s.fn, (group, k, c), load(f, (group, N0 + 3 * k + c)))
     for i in range(1, P):
-        x, y, z, _ = of_nodes(s.fr, group, last, i)
+        x, y, z, _ = of_nodes(s.fr, group, last, P, i)
         for k in range(P):
             coupling = load(rod.four.coupling, (group, k, i))
             x += coupling * load(f, (group, N0 + 3 * k))
             y += coupling * load(f, (group, N0 + 3 * k + 1))
             z += coupling * load(f, (group, N0 + 3 * k + 2))
         inverse = (-1.0 / sigma) / load(rod.four.mass, (group, i))
-        add_to_nodes(s.fr, group, last, i, inverse * x, inverse * y, inverse * z, zero, False)
+        add_to_nodes(s.fr, group, last, P, i, inverse * x, inverse * y, inverse * z, zero, False)
         row = TURN0 - 3 + 3 * i
         a, b, c4 = load(f, (group, row)), load(f, (group, row + 1)), load(f, (group, row + 2))
-        add_to_nodes(s.fp, group, last, i, a, b, c4, zero, False)
+        add_to_nodes(s.fp, group, last, P, i, a, b, c4, zero, False)
 
 
 @compiled(**INLINED)

@@ -21,9 +21,10 @@ from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import MEMORY, POINTS, SIGMA, Motion, Scratch
 from .condensed import solve
+from .fours import OPTIONS, WIDTH
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .points import Vector, bend, body, dot, interpolated, tangent_of
-from .rod import OPTIONS, WIDTH, P, Rod, Solver
+from .rod import P, Rod, Solver
 from .rotations import rotate, turn_between
 
 # Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the

@@ -9,9 +9,10 @@ from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import SIGMA, Motion, Scratch
 from .condensed import factorise, solve
+from .fours import OPTIONS, WIDTH
 from .points import bend, body, interpolated
 from .residual import residual
-from .rod import OPTIONS, WIDTH, P, Rod, Solver
+from .rod import P, Rod, Solver
 from .tangent import STIFF, fill
 
 

@@ -6,9 +6,9 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
+from .fours import INLINED, collect
 from .points import bend, body, dot, interpolated, interpolated_fours, strains, tangent_of
-from .residual import collect
-from .rod import INLINED, P, Rod, Solver
+from .rod import P, Rod, Solver
 
 
 @compiled(**INLINED)
@@ -16,10 +16,10 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     """Of bending, twist and stretch."""
     elements, total = rod.weights.shape[0], 0.0
     for group in range(rod.four.weights.shape[0]):
-        collect(g, group, elements - 1, s.frames)
+        collect(g, group, elements - 1, P, s.frames)
         share = spread(0.0)
         for k in range(P):
-            q, p = interpolated_fours(rod, group, k, s.frames)
+            q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains(inverse, q, p)
             pull = dot((load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))), tangent)

@@ -21,8 +21,9 @@ from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean_kinetic
 from .consistent import project, tangents
 from .energies import clamp_moment, elastic_energy
+from .fours import OPTIONS, WIDTH
 from .newton import guess, newton, remember
-from .rod import OPTIONS, WIDTH, P, Rod
+from .rod import P, Rod
 
 # lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
 CREEP, LEAST = 0.1, 0.01

@@ -20,8 +20,9 @@ from ribbonfem.stepping.kernels.arrays import Ramp
 from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
 from .condensed import factorise, solve
 from .consistent import tangents
+from .fours import INLINED, OPTIONS
 from .residual import residual
-from .rod import INLINED, OPTIONS, P, Rod, Solver
+from .rod import P, Rod, Solver
 from .rotations import normalise_inner, rotate_inner, twists
 from .tangent import fill
 

@@ -11,7 +11,8 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import load, spread, store
 from ribbonfem.results import Array
 
-from .rod import INLINED, P, Rod
+from .fours import INLINED
+from .rod import P, Rod
 
 # a number of one element, or those of four
 Value = Any
@@ -33,14 +34,16 @@ def interpolated(rod: Rod, e: int, k: int, g: Array) -> tuple[Quaternion, Quater
 
 
 @compiled(**INLINED)
-def interpolated_fours(rod: Rod, group: int, k: int, frames: Array) -> tuple[Quaternion, Quaternion]:
-    """The same of a group, from the frames of its nodes (P + 1, 4, WIDTH)."""
+def interpolated_fours(
+    value: Array, slope: Array, group: int, k: int, frames: Array, degree: int
+) -> tuple[Quaternion, Quaternion]:
+    """The same of a group: value (p, p + 1), slope (G, p, p + 1, WIDTH), frames (p + 1, 4, WIDTH)."""
     q0 = q1 = q2 = q3 = p0 = p1 = p2 = p3 = spread(0.0)
-    for i in range(P + 1):
-        value, slope = rod.value[k, i], load(rod.four.slope, (group, k, i))
+    for i in range(degree + 1):
+        at, along = value[k, i], load(slope, (group, k, i))
         w, x, y, z = load(frames, (i, 0)), load(frames, (i, 1)), load(frames, (i, 2)), load(frames, (i, 3))
-        q0, q1, q2, q3 = q0 + value * w, q1 + value * x, q2 + value * y, q3 + value * z
-        p0, p1, p2, p3 = p0 + slope * w, p1 + slope * x, p2 + slope * y, p3 + slope * z
+        q0, q1, q2, q3 = q0 + at * w, q1 + at * x, q2 + at * y, q3 + at * z
+        p0, p1, p2, p3 = p0 + along * w, p1 + along * x, p2 + along * y, p3 + along * z
     return (q0, q1, q2, q3), (p0, p1, p2, p3)
 
 
@@ -256,3 +259,20 @@ def second_derivatives(
     _add(hess, 0, 2, z)
     _add(hess, 2, 0, z)
     return gq, gp, tangent, pull, (d0, d1, d2)
+
+
+@compiled(**INLINED)
+def stretched(n: Vector, pull: Value, soft: float, along: float, t: Vector, dt: Rows) -> Rows:
+    """Derivatives in q of r' = (1 + c n.t) t, with c = soft, `along` being that of the second t."""
+    stretch, pulled = 1.0 + soft * pull, _sum(n, dt)
+    return (
+        _both(stretch, dt[0], along * t[0], pulled),
+        _both(stretch, dt[1], along * t[1], pulled),
+        _both(stretch, dt[2], along * t[2], pulled),
+    )
+
+
+@compiled(**INLINED)
+def _both(x: Value, a: Quaternion, y: Value, b: Quaternion) -> Quaternion:
+    """x a + y b"""
+    return x * a[0] + y * b[0], x * a[1] + y * b[1], x * a[2] + y * b[2], x * a[3] + y * b[3]

@@ -13,26 +13,16 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import load, spread, store
 from ribbonfem.results import Array
 
+from .fours import INLINED, add_to_nodes, collect
 from .points import bend, body, interpolated_fours
-from .rod import INLINED, P, Rod, Solver, add_to_nodes, of_nodes
-
-
-@compiled(**INLINED)
-def collect(array: Array, group: int, last: int, fours: Array) -> None:
-    """What array (nodes, 4) has at the nodes of a group, into fours (P + 1, 4, WIDTH)."""
-    for i in range(P + 1):
-        a, b, c, d = of_nodes(array, group, last, i)
-        store(fours, (i, 0), a)
-        store(fours, (i, 1), b)
-        store(fours, (i, 2), c)
-        store(fours, (i, 3), d)
+from .rod import P, Rod, Solver
 
 
 @compiled(**INLINED)
 def _add_points(rod: Rod, s: Solver, group: int, n: Array) -> None:
     """Gaps of a group's points into s.fn; derivatives of their densities into s.gradients."""
     for k in range(P):
-        q, p = interpolated_fours(rod, group, k, s.frames)
+        q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
         force = load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))
         gq, gp, tangent, pull = bend(rod.stiff, rod.soft, q, p, force)
         weight = load(rod.four.weights, (group, k))
@@ -74,8 +64,8 @@ def _add_group(rod: Rod, s: Solver, group: int, last: int, n: Array) -> None:
             z += coupling * load(n, (group, k, 2))
         g = load(s.frames, (i, 0)), load(s.frames, (i, 1)), load(s.frames, (i, 2)), load(s.frames, (i, 3))
         moment = body(g, (f0, f1, f2, f3))
-        add_to_nodes(s.fr, group, last, i, x, y, z, zero, True)
-        add_to_nodes(s.fp, group, last, i, moment[0], moment[1], moment[2], zero, True)
+        add_to_nodes(s.fr, group, last, P, i, x, y, z, zero, True)
+        add_to_nodes(s.fp, group, last, P, i, moment[0], moment[1], moment[2], zero, True)
 
 
 @compiled(**INLINED)
@@ -87,7 +77,7 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
         s.fp[i, 0], s.fr[i, 3] = s.fr[i, 3], 0.0
     last = rod.weights.shape[0] - 1
     for group in range(rod.four.weights.shape[0]):
-        collect(g, group, last, s.frames)
-        collect(x, group, last, s.places)
+        collect(g, group, last, P, s.frames)
+        collect(x, group, last, P, s.places)
         _add_points(rod, s, group, n)
         _add_group(rod, s, group, last, n)

@@ -13,13 +13,14 @@ element repeat the last one, so that nothing there is ever singular.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, load, store, transposed
+from ribbonfem.compiled.lanes import WIDTH
 from ribbonfem.results import Array
+
+from .fours import groups_of
 
 # degree of the elements; a constant, so that the compiler knows the length of every inner loop
 P = 5
@@ -32,12 +33,8 @@ TURNS = 6
 # r and psi of a node, and where its left and its right element have them
 SIX = 6
 AS_LEFT, AS_RIGHT = (0, 1, 2, 6, 7, 8), (3, 4, 5, 9, 10, 11)
-# the element's nodes in the order of their rows, and the first row of each one's psi
-ORDER = (0, P, *range(1, P))
+# the first row of psi of each of the element's nodes
 PLACES = (6, *range(TURN0, SIZE, 3), 9)
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-# of what is called for an element, a point or a node: to hand over these tuples costs more than its work
-INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
 
 
 class Four(NamedTuple):
@@ -83,9 +80,9 @@ class Solver(NamedTuple):
     inverse; own and next (E + 1, SIX, SIX), of what is left for each end of an element, with itself and
     with the next (see `condensed`); right (E + 1, SIX) and local_right (G, SIZE, WIDTH); residuals fr, fp
     (nodes, 4; the last column of both is of no use), fn (G, P, 3, WIDTH), overwritten by the increments of
-    r, psi and n.  The rest is of one group: frames and positions of its nodes (P + 1, 4, WIDTH); gradients
-    in q and p of its points (P, 8, WIDTH), and in its nodes' quaternions (P + 1, 4, WIDTH); second derivatives of a point
-    (64, WIDTH), and of the group in one node's quaternion and another's, 16 a pair; derivatives of quaternions in rotations (P + 1, 12, WIDTH).
+    r, psi and n.  The rest is of one group: frames and places of its nodes (P + 1, 4, WIDTH); gradients in q
+    and p of its points (P, 8, WIDTH); gradient in its nodes' quaternions (P + 1, 4, WIDTH); hess of a point
+    (64, WIDTH), of_q and of_p, its products with the nodes' values, and pairs and columns, see `pairs`.
     """
 
     local: Array
@@ -137,49 +134,3 @@ def solver(elements: int) -> Solver:
         columns=four(P + 1, 12),
         block=np.zeros((SIX, SIX)),
     )
-
-
-def groups_of(elements: int) -> int:
-    """How many groups of `WIDTH` hold so many elements."""
-    return -(-elements // WIDTH)
-
-
-def in_fours(table: Array) -> Array:
-    """A table (E, ...) as (G, ..., WIDTH)."""
-    elements = len(table)
-    which = np.minimum(np.arange(WIDTH * groups_of(elements)), elements - 1)
-    return np.ascontiguousarray(np.moveaxis(table[which].reshape(-1, WIDTH, *table.shape[1:]), 1, -1))
-
-
-@compiled(**INLINED)
-def of_nodes(array: Array, group: int, last: int, i: int) -> tuple[Any, Any, Any, Any]:
-    """The four numbers in array (nodes, 4) of node i of a group's elements; `last` is the mesh's last element."""
-    e = WIDTH * group
-    return transposed(
-        load(array, (min(e, last) * P + i,)),
-        load(array, (min(e + 1, last) * P + i,)),
-        load(array, (min(e + 2, last) * P + i,)),
-        load(array, (min(e + 3, last) * P + i,)),
-    )
-
-
-@compiled(**INLINED)
-def add_to_nodes(
-    array: Array, group: int, last: int, i: int, a: Any, b: Any, c: Any, d: Any, kept: bool
-) -> None:
-    """The reverse: add four values to array, or put them there if what was is not `kept`."""
-    rows = transposed(a, b, c, d)
-    e = WIDTH * group
-    node = e * P + i
-    _add(array, node, rows[0], kept)
-    if e + 1 <= last:
-        _add(array, node + P, rows[1], kept)
-    if e + 2 <= last:
-        _add(array, node + 2 * P, rows[2], kept)
-    if e + 3 <= last:
-        _add(array, node + 3 * P, rows[3], kept)
-
-
-@compiled(**INLINED)
-def _add(array: Array, node: int, row: Any, kept: bool) -> None:
-    store(array, (node,), load(array, (node,)) + row if kept else row)

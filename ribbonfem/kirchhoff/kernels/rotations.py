@@ -8,8 +8,8 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import WIDTH, all_below, lane, load, root, store, transposed
 from ribbonfem.results import Array
 
+from .fours import INLINED, OPTIONS
 from .points import Quaternion, Value, Vector
-from .rod import INLINED, OPTIONS
 
 # half an angle squared below which a series has all digits of its sine and cosine
 _SMALL = 1e-4

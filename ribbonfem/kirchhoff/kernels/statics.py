@@ -16,114 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import WIDTH, load, spread, store
 from ribbonfem.results import Array
 
-
-@compiled()
-def point(
-    q: Array,
-    p: Array,
-    force: Array,
-    stiff: Array,
-    soft: float,
-    gq: Array,
-    gp: Array,
-    hess: Array,
-    tangent: Array,
-    dt: Array,
-    work: Array,
-) -> None:
-    """Density of the Lagrangian at a Gauss point: derivatives in q and p.
-
-    f = 1/2 sum_a stiff_a kappa_a^2 - n.t - soft/2 (n.t)^2.  Fills gq, gp (4,), hess (8, 8; blocks
-    qq, qp and pp), the tangent (3,) and dt (3, 4) = d tangent / dq; work (8, 4) is overwritten.
-    """
-    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
-    p0, p1, p2, p3 = p[0], p[1], p[2], p[3]
-    inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
-    twice = 2.0 * inverse
-    # kappa_a = 2 q.A_a p / |q|^2: the rows of work are its derivatives in q, for now A_a p, and in p
-    work[0, 0], work[0, 1], work[0, 2], work[0, 3] = p1, -p0, -p3, p2
-    work[1, 0], work[1, 1], work[1, 2], work[1, 3] = p2, p3, -p0, -p1
-    work[2, 0], work[2, 1], work[2, 2], work[2, 3] = p3, -p2, p1, -p0
-    work[3, 0], work[3, 1], work[3, 2], work[3, 3] = -q1 * twice, q0 * twice, q3 * twice, -q2 * twice
-    work[4, 0], work[4, 1], work[4, 2], work[4, 3] = -q2 * twice, -q3 * twice, q0 * twice, q1 * twice
-    work[5, 0], work[5, 1], work[5, 2], work[5, 3] = -q3 * twice, q2 * twice, -q1 * twice, q0 * twice
-    s0, s1, s2 = stiff[0], stiff[1], stiff[2]
-    k0 = twice * (q0 * p1 - q1 * p0 - q2 * p3 + q3 * p2)
-    k1 = twice * (q0 * p2 - q2 * p0 - q3 * p1 + q1 * p3)
-    k2 = twice * (q0 * p3 - q3 * p0 - q1 * p2 + q2 * p1)
-    m0, m1, m2 = s0 * k0, s1 * k1, s2 * k2
-    # t = (w^2 + x^2 - y^2 - z^2, 2 (x y + w z), 2 (x z - w y)) / |q|^2
-    tangent[0] = (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) * inverse
-    tangent[1] = twice * (q1 * q2 + q0 * q3)
-    tangent[2] = twice * (q1 * q3 - q0 * q2)
-    dt[0, 0], dt[0, 1], dt[0, 2], dt[0, 3] = q0, q1, -q2, -q3
-    dt[1, 0], dt[1, 1], dt[1, 2], dt[1, 3] = q3, q2, q1, q0
-    dt[2, 0], dt[2, 1], dt[2, 2], dt[2, 3] = -q2, q3, -q0, q1
-    n0, n1, n2 = force[0], force[1], force[2]
-    pull = n0 * tangent[0] + n1 * tangent[1] + n2 * tangent[2]
-    stretch = 1.0 + soft * pull
-    diagonal = twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2)
-    for r in range(4):
-        for b in range(3):
-            dt[b, r] = twice * (dt[b, r] - tangent[b] * q[r])
-        work[0, r] = twice * (work[0, r] - k0 * q[r])
-        work[1, r] = twice * (work[1, r] - k1 * q[r])
-        work[2, r] = twice * (work[2, r] - k2 * q[r])
-        v = n0 * dt[0, r] + n1 * dt[1, r] + n2 * dt[2, r]
-        moment = m0 * work[0, r] + m1 * work[1, r] + m2 * work[2, r]
-        gq[r] = moment - stretch * v
-        gp[r] = m0 * work[3, r] + m1 * work[4, r] + m2 * work[5, r]
-        work[6, r] = v
-        work[7, r] = twice * (stretch * v - moment)
-    for r in range(4):
-        a0, a1, a2 = s0 * work[0, r], s1 * work[1, r], s2 * work[2, r]
-        b0, b1, b2 = s0 * work[3, r], s1 * work[4, r], s2 * work[5, r]
-        # d kappa_p / dq without its antisymmetric part, which comes below
-        part = twice * q[r]
-        c0, c1, c2 = a0 - part * m0, a1 - part * m1, a2 - part * m2
-        part, z, v = q[r], work[7, r], soft * work[6, r]
-        for c in range(4):
-            hess[r, c] = (
-                a0 * work[0, c]
-                + a1 * work[1, c]
-                + a2 * work[2, c]
-                + part * work[7, c]
-                + z * q[c]
-                - v * work[6, c]
-            )
-            hess[r, 4 + c] = c0 * work[3, c] + c1 * work[4, c] + c2 * work[5, c]
-            hess[4 + r, 4 + c] = b0 * work[3, c] + b1 * work[4, c] + b2 * work[5, c]
-        hess[r, r] += diagonal
-    m0, m1, m2 = twice * m0, twice * m1, twice * m2
-    hess[0, 5] += m0
-    hess[1, 4] -= m0
-    hess[2, 7] -= m0
-    hess[3, 6] += m0
-    hess[0, 6] += m1
-    hess[2, 4] -= m1
-    hess[3, 5] -= m1
-    hess[1, 7] += m1
-    hess[0, 7] += m2
-    hess[3, 4] -= m2
-    hess[1, 6] -= m2
-    hess[2, 5] += m2
-    # second derivative of n.(|q|^2 t)
-    part = twice * stretch
-    x, y, z = part * n0, part * n1, part * n2
-    hess[0, 0] -= x
-    hess[1, 1] -= x
-    hess[2, 2] += x
-    hess[3, 3] += x
-    hess[1, 2] -= y
-    hess[2, 1] -= y
-    hess[0, 3] -= y
-    hess[3, 0] -= y
-    hess[1, 3] -= z
-    hess[3, 1] -= z
-    hess[0, 2] += z
-    hess[2, 0] += z
+from .fours import INLINED, collect
+from .pairs import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
+from .points import Quaternion, Value, Vector, interpolated_fours, second_derivatives, stretched
 
 
 @compiled()
@@ -137,6 +35,48 @@ def frame_basis(g: Array, basis: Array) -> None:
         basis[n, 3, 0], basis[n, 3, 1], basis[n, 3, 2] = -y, x, w
 
 
+@compiled(**INLINED)
+def _add_forces(n: Vector, t: Vector, pull: Value, soft: float, weight: Value, sums: Array) -> None:
+    """Add a point's (1 + c n.t) t to sums (9,), and its derivative in n, a triangle, behind it."""
+    stretch, axial = weight * (1.0 + soft * pull), weight * soft
+    _add(sums, 0, stretch * t[0])
+    _add(sums, 1, stretch * t[1])
+    _add(sums, 2, stretch * t[2])
+    _add(sums, 3, axial * t[0] * t[0])
+    _add(sums, 4, axial * t[0] * t[1])
+    _add(sums, 5, axial * t[1] * t[1])
+    _add(sums, 6, axial * t[0] * t[2])
+    _add(sums, 7, axial * t[1] * t[2])
+    _add(sums, 8, axial * t[2] * t[2])
+
+
+@compiled(**INLINED)
+def _add(array: Array, place: int, value: Value) -> None:
+    store(array, (0, place), load(array, (0, place)) + value)
+
+
+@compiled(**INLINED)
+def _add_change(change: Quaternion, share: Value, i: int, b: int, pulls: Array) -> None:
+    """Add a point's share of the derivative of a component b of r' in the quaternion of node i."""
+    for_b = 4 * b
+    store(pulls, (i, for_b), load(pulls, (i, for_b)) - share * change[0])
+    store(pulls, (i, for_b + 1), load(pulls, (i, for_b + 1)) - share * change[1])
+    store(pulls, (i, for_b + 2), load(pulls, (i, for_b + 2)) - share * change[2])
+    store(pulls, (i, for_b + 3), load(pulls, (i, for_b + 3)) - share * change[3])
+
+
+@compiled(**INLINED)
+def _put_node(
+    i: int, lane: int, a: int, gradient: Array, block: Array, border: Array, residual: Array
+) -> None:
+    """Put what a lane has of node i where the rod has it, at its inner node a."""
+    for r in range(4):
+        residual[4 * a + r] += gradient[i, r, lane]
+    for b in range(3):
+        for c in range(3):
+            border[b, 3 * a + c] += block[3 * b + c, lane]
+
+
 @compiled(allocates=True)
 def assemble(
     g: Array,
@@ -147,7 +87,6 @@ def assemble(
     stiff: Array,
     soft: float,
     turning: Array,
-    basis: Array,
     band: Array,
     border: Array,
     corner: Array,
@@ -161,122 +100,118 @@ def assemble(
     Parameters
     ----------
     g: (nodes, 4) unit quaternions.  force: (3,), n in EI2/L^2.
-    value, slope, weights: see `LineTables`.
+    value: see `LineTables`; slope, weights: the same for groups (`fours`).
     stiff: (3,) stiffness of the body strains (tau, -kappa2, kappa1).  soft: EI2/(EA L^2), or 0.
     turning: (4,) derivative of the first node's quaternion in the parameter.
-    basis: (nodes, 4, 3) from `frame_basis`.
     band: (3 m, 3 (p + 1)), border: (3, 3 m), corner: (3, 3), filled; m = nodes - 2; the degrees
-        of freedom are the increments along `basis`, half rotation vectors in the body.
+        of freedom are the increments along `frame_basis`, half rotation vectors in the body.
     residual, column: (4 m + 3,), filled: gradient, and its derivative in the parameter, in
         quaternion components.
     """
-    elements, points, size = slope.shape
-    nodes = g.shape[0]
-    inner = nodes - 2
-    degree = size - 1
+    groups, points, size = slope.shape[0], slope.shape[1], slope.shape[2]
+    inner, degree = g.shape[0] - 2, size - 1
+    elements = (inner + 1) // degree
     band[:] = 0.0
     border[:] = 0.0
     corner[:] = 0.0
     residual[:] = 0.0
     column[:] = 0.0
-    q, p, gq, gp = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
-    hess, tangent, dt = np.empty((8, 8)), np.empty(3), np.empty((3, 4))
-    pulled, work = np.empty(4), np.empty((8, 4))
-    # second derivatives in two nodes' quaternions, 4 by 4 numbers a pair in one row: long sums are vectors
-    block = np.empty((size, 16 * size))
-    of_q, of_p = np.empty(16 * size), np.empty(16 * size)
-    gradient = np.empty((size, 4))
-    rows = np.empty((3, size, 4))
-    half = np.empty((4, 3))
-    for e in range(elements):
-        first = e * degree
-        block[:] = 0.0
-        gradient[:] = 0.0
-        rows[:] = 0.0
+    frames, columns, gradient = (
+        np.empty((size, 4, WIDTH)),
+        np.empty((size, 12, WIDTH)),
+        np.empty((size, 4, WIDTH)),
+    )
+    hess, of_q, of_p = np.empty((64, WIDTH)), np.empty((size, 16, WIDTH)), np.empty((size, 16, WIDTH))
+    pairs, pulls, sums = (
+        np.empty((size, size, 16, WIDTH)),
+        np.empty((size, 12, WIDTH)),
+        np.empty((1, 9, WIDTH)),
+    )
+    block = np.empty((9, WIDTH))
+    n = spread(force[0]), spread(force[1]), spread(force[2])
+    for group in range(groups):
+        collect(g, group, elements - 1, degree, frames)
+        fill_columns(frames, 1.0, columns, degree)
+        for i in range(size):
+            clear(pairs[i], i + 1, 16)
+        clear(gradient, size, 4)
+        clear(pulls, size, 12)
+        clear(sums, 1, 9)
         for k in range(points):
-            for r in range(4):
-                q[r] = 0.0
-                p[r] = 0.0
+            q, p = interpolated_fours(value, slope, group, k, frames, degree)
+            weight = load(weights, (group, k))
+            gq, gp, t, pull, dt = second_derivatives(stiff, soft, q, p, n, hess)
+            _add_forces(n, t, pull, soft, weight, sums)
+            change = stretched(n, pull, soft, soft, t, dt)
             for i in range(size):
-                for r in range(4):
-                    q[r] += value[k, i] * g[first + i, r]
-                    p[r] += slope[e, k, i] * g[first + i, r]
-            point(q, p, force, stiff, soft, gq, gp, hess, tangent, dt, work)
-            weight = weights[e, k]
-            pull = 0.0
+                add_gradient(value, k, i, load(slope, (group, k, i)), weight, (gq, gp), gradient)
+                share = weight * value[k, i]
+                _add_change(change[0], share, i, 0, pulls)
+                _add_change(change[1], share, i, 1, pulls)
+                _add_change(change[2], share, i, 2, pulls)
+            add_pairs(value, slope, group, k, weight, hess, of_q, of_p, pairs, degree)
+        lanes = min(WIDTH, elements - WIDTH * group)
+        for lane in range(lanes):
+            place = 3
             for b in range(3):
-                pull += force[b] * tangent[b]
-            stretch = 1.0 + soft * pull
-            for r in range(4):
-                pulled[r] = force[0] * dt[0, r] + force[1] * dt[1, r] + force[2] * dt[2, r]
+                residual[4 * inner + b] -= sums[0, b, lane]
+                for c in range(b + 1):
+                    corner[c, b] -= sums[0, place, lane]
+                    place += 1
+        for i in range(size):
             for b in range(3):
-                residual[4 * inner + b] -= weight * stretch * tangent[b]
-                for c in range(b, 3):
-                    corner[b, c] -= weight * soft * tangent[b] * tangent[c]
-            for i in range(size):
-                n, d = weight * value[k, i], weight * slope[e, k, i]
-                for r in range(4):
-                    gradient[i, r] += n * gq[r] + d * gp[r]
-                    for b in range(3):
-                        rows[b, i, r] -= n * (stretch * dt[b, r] + soft * tangent[b] * pulled[r])
+                pulled = (
+                    load(pulls, (i, 4 * b)),
+                    load(pulls, (i, 4 * b + 1)),
+                    load(pulls, (i, 4 * b + 2)),
+                    load(pulls, (i, 4 * b + 3)),
+                )
+                for c in range(3):
+                    store(block, (3 * b + c,), turned(pulled, columns, i, c))
+            for lane in range(lanes):
+                a = (WIDTH * group + lane) * degree + i - 1
+                if 0 <= a < inner:
+                    _put_node(i, lane, a, gradient, block, border, residual)
+            for j in range(i + 1):
+                for c in range(3):
+                    x, y, z = turned_pair(pairs, columns, i, j, c)
+                    store(block, (3 * c,), x)
+                    store(block, (3 * c + 1,), y)
+                    store(block, (3 * c + 2,), z)
+                if i == j:
+                    # the increment is followed by a normalisation: its second-order term
+                    along = radial(gradient, frames, i)
+                    for c in range(3):
+                        store(block, (4 * c,), load(block, (4 * c,)) - along)
+                for lane in range(lanes):
+                    first = (WIDTH * group + lane) * degree - 1
+                    if first + j >= 0 and first + i < inner:
+                        for u in range(3):
+                            for c in range(3 if i != j else u + 1):
+                                band[3 * (first + j) + c, 3 * (i - j) + u - c] += block[3 * u + c, lane]
+        if group == 0:
+            # the first node turns with the clamp
+            for i in range(1, size):
                 for r in range(4):
                     for c in range(4):
-                        of_q[16 * i + 4 * r + c] = n * hess[r, c] + d * hess[r, 4 + c]
-                        of_p[16 * i + 4 * r + c] = n * hess[c, 4 + r] + d * hess[4 + r, 4 + c]
-            for i in range(size):
-                n, d, pairs = value[k, i], slope[e, k, i], block[i]
-                for c in range(16 * (i + 1)):
-                    pairs[c] += n * of_q[c] + d * of_p[c]
-        for i in range(size):
-            a = first + i - 1
-            if a < 0 or a >= inner:
-                continue
-            radial = 0.0
-            for r in range(4):
-                residual[4 * a + r] += gradient[i, r]
-                radial += gradient[i, r] * g[first + i, r]
-            for b in range(3):
-                for s in range(3):
-                    total = 0.0
-                    for r in range(4):
-                        total += rows[b, i, r] * basis[first + i, r, s]
-                    border[b, 3 * a + s] += total
-            for j in range(i + 1):
-                if e == 0 and j == 0:
-                    for r in range(4):
-                        for c in range(4):
-                            column[4 * a + r] += block[i, 4 * r + c] * turning[c]
-                    continue
-                for r in range(4):
-                    for s in range(3):
-                        half[r, s] = 0.0
-                        for c in range(4):
-                            half[r, s] += block[i, 16 * j + 4 * r + c] * basis[first + j, c, s]
-                for u in range(3):
-                    for s in range(3 if i != j else u + 1):
-                        total = 0.0
-                        for r in range(4):
-                            total += basis[first + i, r, u] * half[r, s]
-                        # the increment is followed by a normalisation: its second-order term
-                        if i == j and u == s:
-                            total -= radial
-                        band[3 * (a - i + j) + s, 3 * (i - j) + u - s] += total
-        if e == 0:
+                        column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, 0] * turning[c]
             for b in range(3):
                 for r in range(4):
-                    column[4 * inner + b] += rows[b, 0, r] * turning[r]
-    # only the components along the sphere count
-    for a in range(inner):
+                    column[4 * inner + b] += pulls[0, 4 * b + r, 0] * turning[r]
+    _keep_along_spheres(g, residual, column)
+
+
+@compiled(**INLINED)
+def _keep_along_spheres(g: Array, residual: Array, column: Array) -> None:
+    """Take the components along the quaternions out of both: only those along the spheres count."""
+    for a in range(g.shape[0] - 2):
+        along = across = 0.0
         for r in range(4):
-            q[r] = g[a + 1, r]
-        along = 0.0
-        across = 0.0
+            along += residual[4 * a + r] * g[a + 1, r]
+            across += column[4 * a + r] * g[a + 1, r]
         for r in range(4):
-            along += residual[4 * a + r] * q[r]
-            across += column[4 * a + r] * q[r]
-        for r in range(4):
-            residual[4 * a + r] -= along * q[r]
-            column[4 * a + r] -= across * q[r]
+            residual[4 * a + r] -= along * g[a + 1, r]
+            column[4 * a + r] -= across * g[a + 1, r]
 
 
 @compiled()
