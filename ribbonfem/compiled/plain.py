@@ -1,0 +1,88 @@
+"""The numbers of `lanes` where the compiler is switched off: arrays, one place after the other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.results import Array
+
+WIDTH = 4
+
+
+class Four:
+    """Four floats; a new one comes of every operation, as with numbers (`+=` on arrays changes them)."""
+
+    # (so that a number of numpy leaves products with one to `__rmul__`)
+    __array_ufunc__ = None
+
+    def __init__(self, places: Array) -> None:
+        self.places = places
+
+    def __add__(self, other: Four | float) -> Four:
+        return Four(self.places + _places(other))
+
+    def __sub__(self, other: Four | float) -> Four:
+        return Four(self.places - _places(other))
+
+    def __mul__(self, other: Four | float) -> Four:
+        return Four(self.places * _places(other))
+
+    def __truediv__(self, other: Four | float) -> Four:
+        return Four(self.places / _places(other))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __rsub__(self, other: float) -> Four:
+        return Four(other - self.places)
+
+    def __rtruediv__(self, other: float) -> Four:
+        return Four(other / self.places)
+
+    def __neg__(self) -> Four:
+        return Four(-self.places)
+
+
+def _places(value: Four | float) -> Any:
+    return value.places if isinstance(value, Four) else value
+
+
+def load(array: Array, indices: tuple[int, ...]) -> Four:
+    """The four of array[*indices, :], which is contiguous."""
+    return Four(array[indices].copy())
+
+
+def store(array: Array, indices: tuple[int, ...], value: Four) -> None:
+    """array[*indices, :] = value."""
+    array[indices] = value.places
+
+
+def spread(value: float) -> Four:
+    """Four times the same number."""
+    return Four(np.full(WIDTH, value))
+
+
+def transposed(a: Four, b: Four, c: Four, d: Four) -> tuple[Four, ...]:
+    """The first of each, the second of each, and so on: rows of four numbers become one value a column."""
+    return tuple(Four(column) for column in np.stack([four.places for four in (a, b, c, d)], axis=1))
+
+
+def all_below(value: Four, bound: float) -> bool:
+    """Whether each of the four is below a number; NaN is not."""
+    return bool(np.all(value.places < bound))
+
+
+def lane(value: Four, place: int) -> float:
+    """One of the four."""
+    return float(value.places[place])
+
+
+def larger(a: Four, b: Four) -> Four:
+    """The larger one, place by place; a where one is NaN."""
+    return Four(np.where(b.places > a.places, b.places, a.places))
+
+
+def root(value: Four) -> Four:
+    """The square root of each."""
+    return Four(np.sqrt(value.places))

@@ -1,0 +1,133 @@
+"""Four numbers at a time: the compiler's vectors against arrays."""
+
+import operator
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ribbonfem.compiled import lanes, plain, vectors
+from ribbonfem.compiled.decorator import compiled
+
+RNG = np.random.default_rng(3)
+A, B = RNG.normal(size=(2, 3, 4)), RNG.normal(size=(2, 3, 4))
+
+
+def stored(operation):
+    """What an operation on two entries leaves, by the compiler."""
+
+    @compiled()
+    def kernel(a, b, out):
+        vectors.store(out, (0,), operation(vectors.load(a, (1, 2)), vectors.load(b, (0, 1)), 3.0))
+
+    out = np.zeros((1, 4))
+    kernel(A, B, out)
+    return out[0]
+
+
+@compiled()
+def _in_turn(a, b, x):
+    a += b
+    a -= x * b
+    a *= b / x
+    a /= b
+    return -a
+
+
+@compiled()
+def _ratios(a, b, x):
+    return a / b + x / b - a / x
+
+
+def in_turn(a, b, x):
+    return -((a + b - x * b) * (b / x) / b)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"), [(_in_turn, in_turn), (_ratios, lambda a, b, x: a / b + x / b - a / x)]
+)
+def test_arithmetic(ours, theirs):
+    expected = theirs(A[1, 2], B[0, 1], 3.0)
+    assert np.allclose(stored(ours), expected, rtol=1e-14)
+    plainly = ours.py_func(plain.load(A, (1, 2)), plain.load(B, (0, 1)), 3.0)
+    assert np.allclose(plainly.places, expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("operation", [operator.add, operator.sub, operator.mul, operator.truediv])
+def test_each_place_is_its_own(operation):
+    @compiled()
+    def kernel(a, b, x):
+        return operation(a, b)
+
+    assert np.allclose(stored(kernel), operation(A[1, 2], B[0, 1]), rtol=1e-15)
+
+
+@compiled()
+def _everything(rows, out, numbers):
+    a, b, c, d = lanes.transposed(
+        lanes.load(rows, (0,)), lanes.load(rows, (1,)), lanes.load(rows, (2,)), lanes.load(rows, (3,))
+    )
+    lanes.store(out, (0,), a)
+    lanes.store(out, (1,), b)
+    lanes.store(out, (2,), lanes.larger(c, d))
+    lanes.store(out, (3,), lanes.root(d * d))
+    lanes.store(out, (4,), lanes.spread(2.5))
+    for i in range(4):
+        numbers[i] = lanes.lane(a, i)
+    return lanes.all_below(a, 1.0), lanes.all_below(a, 1e3)
+
+
+def _expected(rows):
+    a, b, c, d = rows.T
+    return np.stack((a, b, np.maximum(c, d), abs(d), np.full(4, 2.5)))
+
+
+def test_rows_and_columns():
+    rows = np.concatenate((A[0], B[0][:1]))
+    rows[2, 0] = 10.0
+    out, numbers = np.zeros((5, 4)), np.zeros(4)
+    assert _everything(rows, out, numbers) == (False, True)
+    assert np.array_equal(out, _expected(rows))
+    assert np.array_equal(numbers, rows[:, 0])
+    rows[1, 0] = np.nan
+    # NaN is below nothing, wherever it stands
+    assert _everything(rows, out, numbers) == (False, False)
+
+
+@pytest.mark.parametrize(("first", "second"), [(1.0, np.nan), (np.nan, 1.0)])
+def test_of_nan_the_first_stays(first, second):
+    @compiled()
+    def kernel(a, b, out):
+        vectors.store(out, (0,), vectors.larger(vectors.load(a, (0,)), vectors.load(b, (0,))))
+
+    a, b, out = np.full((1, 4), first), np.full((1, 4), second), np.zeros((1, 4))
+    kernel(a, b, out)
+    plainly = plain.larger(plain.load(a, (0,)), plain.load(b, (0,)))
+    assert np.array_equal(out, a, equal_nan=True)
+    assert np.array_equal(plainly.places, a[0], equal_nan=True)
+
+
+SHORT = """
+from ribbonfem import Scene, kirchhoff
+scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, stop=0.002)
+for elements in (4, 6):
+    history = kirchhoff.simulate(scene, elements=elements, extensible=True, step=5e-3)
+    print(history.height[-1], history.energies["elastic"][-1], history.load[-1])
+"""
+
+
+def test_a_motion_is_the_same_with_the_compiler_switched_off():
+    """The kernels as they are read, by Python, against the machine's: also where a group is not full."""
+
+    def found(**more):
+        run = subprocess.run(
+            [sys.executable, "-c", SHORT], env={**os.environ, **more}, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stderr
+        return np.array(run.stdout.split(), float)
+
+    ours = found()
+    assert len(ours) == 6
+    assert np.allclose(found(NUMBA_DISABLE_JIT="1"), ours, rtol=1e-9)
