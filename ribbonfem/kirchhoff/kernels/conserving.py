@@ -49,7 +49,7 @@ def _force(n: Array, place: int, k: int) -> Vector:
 @compiled(**OPTIONS)
 def _direction(rod: Rod, e: int, k: int, g: Array) -> Vector:
     """The unit tangent at a Gauss point."""
-    q, _ = interpolated(rod, e, k, g)
+    q, _ = interpolated(rod.value, rod.slope, e, k, g, P)
     _, tangent = tangent_of(q)
     return tangent
 
@@ -66,7 +66,7 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
             rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
         for e in range(rod.weights.shape[0]):
             for k in range(P):
-                q, p = interpolated(rod, e, k, path)
+                q, p = interpolated(rod.value, rod.slope, e, k, path, P)
                 row = e * P + k
                 gq, gp, _, _ = bend(rod.stiff, 0.0, q, p, (pull[row, 0], pull[row, 1], pull[row, 2]))
                 share = SHARE[j] * rod.weights[e, k]

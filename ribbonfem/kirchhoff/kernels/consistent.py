@@ -63,7 +63,7 @@ def _impulse_residual(
         e, real = min(place, last), place <= last
         group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
-            q, p = interpolated(rod, e, k, g)
+            q, p = interpolated(rod.value, rod.slope, e, k, g, P)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
             _, _, tangent, pull = bend(rod.stiff, rod.soft, q, p, force)
             weight = rod.weights[e, k]

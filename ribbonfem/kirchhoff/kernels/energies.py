@@ -7,7 +7,7 @@ from ribbonfem.compiled.lanes import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
 from .fours import INLINED, collect
-from .points import bend, body, dot, interpolated, interpolated_fours, strains, tangent_of
+from .points import bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 
@@ -21,7 +21,7 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
         for k in range(P):
             q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
-            k1, k2, k3 = strains(inverse, q, p)
+            k1, k2, k3 = strains_of(inverse, q, p)
             pull = dot((load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))), tangent)
             twice = rod.stiff[0] * k1 * k1 + rod.stiff[1] * k2 * k2 + rod.stiff[2] * k3 * k3
             share += load(rod.four.weights, (group, k)) * (twice + rod.soft * pull * pull)
@@ -35,7 +35,7 @@ def clamp_moment(rod: Rod, g: Array, n: Array) -> float:
     """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha."""
     f0 = f1 = f2 = f3 = 0.0
     for k in range(P):
-        q, p = interpolated(rod, 0, k, g)
+        q, p = interpolated(rod.value, rod.slope, 0, k, g, P)
         gq, gp, _, _ = bend(rod.stiff, rod.soft, q, p, (n[0, k, 0, 0], n[0, k, 1, 0], n[0, k, 2, 0]))
         value, slope = rod.weights[0, k] * rod.value[k, 0], rod.weights[0, k] * rod.slope[0, k, 0]
         f0, f1 = f0 + value * gq[0] + slope * gp[0], f1 + value * gq[1] + slope * gp[1]

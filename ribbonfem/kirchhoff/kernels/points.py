@@ -12,7 +12,6 @@ from ribbonfem.compiled.lanes import load, spread, store
 from ribbonfem.results import Array
 
 from .fours import INLINED
-from .rod import P, Rod
 
 # a number of one element, or those of four
 Value = Any
@@ -22,14 +21,16 @@ Rows = tuple[Quaternion, Quaternion, Quaternion]
 
 
 @compiled(**INLINED)
-def interpolated(rod: Rod, e: int, k: int, g: Array) -> tuple[Quaternion, Quaternion]:
-    """The quaternion (not normalised) and its derivative at a Gauss point of an element."""
+def interpolated(
+    value: Array, slope: Array, e: int, k: int, g: Array, degree: int
+) -> tuple[Quaternion, Quaternion]:
+    """The quaternion (not normalised) and its derivative at a Gauss point of an element; see `LineTables`."""
     q0 = q1 = q2 = q3 = p0 = p1 = p2 = p3 = 0.0
-    for i in range(P + 1):
-        value, slope, node = rod.value[k, i], rod.slope[e, k, i], e * P + i
+    for i in range(degree + 1):
+        at, along, node = value[k, i], slope[e, k, i], e * degree + i
         w, x, y, z = g[node, 0], g[node, 1], g[node, 2], g[node, 3]
-        q0, q1, q2, q3 = q0 + value * w, q1 + value * x, q2 + value * y, q3 + value * z
-        p0, p1, p2, p3 = p0 + slope * w, p1 + slope * x, p2 + slope * y, p3 + slope * z
+        q0, q1, q2, q3 = q0 + at * w, q1 + at * x, q2 + at * y, q3 + at * z
+        p0, p1, p2, p3 = p0 + along * w, p1 + along * x, p2 + along * y, p3 + along * z
     return (q0, q1, q2, q3), (p0, p1, p2, p3)
 
 
@@ -60,7 +61,7 @@ def tangent_of(q: Quaternion) -> tuple[Value, Vector]:
 
 
 @compiled(**INLINED)
-def strains(inverse: Value, q: Quaternion, p: Quaternion) -> Vector:
+def strains_of(inverse: Value, q: Quaternion, p: Quaternion) -> Vector:
     """tau, -kappa2, kappa1; `inverse` is 1 / |q|^2."""
     q0, q1, q2, q3 = q
     p0, p1, p2, p3 = p
@@ -89,7 +90,7 @@ def bend(
     q0, q1, q2, q3 = q
     p0, p1, p2, p3 = p
     inverse, tangent = tangent_of(q)
-    k1, k2, k3 = strains(inverse, q, p)
+    k1, k2, k3 = strains_of(inverse, q, p)
     m1, m2, m3 = stiff[0] * k1, stiff[1] * k2, stiff[2] * k3
     twice = m1 * k1 + m2 * k2 + m3 * k3
     pull = dot(n, tangent)
@@ -195,7 +196,7 @@ def second_derivatives(
     q0, q1, q2, q3 = q
     p0, p1, p2, p3 = p
     inverse, tangent = tangent_of(q)
-    k0, k1, k2 = strains(inverse, q, p)
+    k0, k1, k2 = strains_of(inverse, q, p)
     twice = 2.0 * inverse
     # kappa_a = 2 q.A_a p / |q|^2, derived in q and in p
     a0 = _less(twice, (p1, -p0, -p3, p2), k0, q)

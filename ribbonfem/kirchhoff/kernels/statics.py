@@ -21,7 +21,18 @@ from ribbonfem.results import Array
 
 from .fours import INLINED, collect
 from .pairs import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
-from .points import Quaternion, Value, Vector, interpolated_fours, second_derivatives, stretched
+from .points import (
+    Quaternion,
+    Value,
+    Vector,
+    dot,
+    interpolated,
+    interpolated_fours,
+    second_derivatives,
+    strains_of,
+    stretched,
+    tangent_of,
+)
 
 
 @compiled()
@@ -259,30 +270,19 @@ def move(g: Array, increment: Array) -> Array:
     return new
 
 
-@compiled(allocates=True)
+@compiled()
 def strains(
-    g: Array, force: Array, value: Array, slope: Array, soft: float, curvature: Array, stretched: Array
+    g: Array, force: Array, value: Array, slope: Array, soft: float, curvature: Array, derivative: Array
 ) -> None:
     """At the Gauss points (elements, p, 3): body strains (tau, -kappa2, kappa1), and r' = (1 + eps) t."""
     elements, points, size = slope.shape
-    q, p = np.empty(4), np.empty(4)
+    n = force[0], force[1], force[2]
     for e in range(elements):
         for k in range(points):
-            for r in range(4):
-                q[r] = 0.0
-                p[r] = 0.0
-            for i in range(size):
-                for r in range(4):
-                    q[r] += value[k, i] * g[e * (size - 1) + i, r]
-                    p[r] += slope[e, k, i] * g[e * (size - 1) + i, r]
-            inverse = 1.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+            q, p = interpolated(value, slope, e, k, g, size - 1)
+            inverse, t = tangent_of(q)
+            strain = strains_of(inverse, q, p)
+            stretch = 1.0 + soft * dot(n, t)
             for a in range(3):
-                i, j, l = a + 1, (a + 1) % 3 + 1, (a + 2) % 3 + 1
-                curvature[e, k, a] = 2.0 * inverse * (q[0] * p[i] - q[i] * p[0] - q[j] * p[l] + q[l] * p[j])
-            tx = (q[0] * q[0] + q[1] * q[1] - q[2] * q[2] - q[3] * q[3]) * inverse
-            ty = 2.0 * (q[1] * q[2] + q[0] * q[3]) * inverse
-            tz = 2.0 * (q[1] * q[3] - q[0] * q[2]) * inverse
-            stretch = 1.0 + soft * (force[0] * tx + force[1] * ty + force[2] * tz)
-            stretched[e, k, 0] = stretch * tx
-            stretched[e, k, 1] = stretch * ty
-            stretched[e, k, 2] = stretch * tz
+                curvature[e, k, a] = strain[a]
+                derivative[e, k, a] = stretch * t[a]
