@@ -12,10 +12,10 @@ d(J theta' t)/dt has a gyroscopic moment besides (`gyroscopic=True`), which does
 r is continuous of degree p = 5, frames are unit quaternions at the same Gauss-Lobatto nodes,
 interpolated and normalised, so that an element that is turned has the same strains; n has its
 values at the p Gauss points, which take all integrals; the mass is lumped.  An equilibrium of
-`kirchhoff` on the same mesh is one of these equations.  The force as an unknown keeps the rod
-from locking and serves c = 0 and c > 0 alike, snap angles converge with the power 2 p = 10 of
-the mesh, and inside the elements everything is eliminated (`tangent`): six unknowns a node.  What is done for an
-element is done for four of them at once (`kernels.fours`).
+`kirchhoff` on the same mesh is one of these equations.  The force as an unknown keeps the rod from
+locking and serves c = 0 and c > 0 alike, snap angles converge with the power 2 p = 10 of the
+mesh, and inside the elements everything is eliminated (`tangent`): six unknowns a node.  What is
+done for an element is done for four of them at once (`kernels.fours`).
 """
 
 from __future__ import annotations
