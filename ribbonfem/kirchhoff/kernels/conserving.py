@@ -16,21 +16,22 @@ import numpy as np
 
 from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.lanes import load, store
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import MEMORY, POINTS, SIGMA, Motion, Scratch
 from .condensed import solve
-from .fours import OPTIONS, WIDTH
+from .fours import INLINED, OPTIONS, collect, force_at
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
-from .points import Vector, bend, body, dot, interpolated, tangent_of
+from .points import Vector, bend, dot, interpolated_fours, tangent_of
+from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia
 from .rod import P, Rod, Solver
 from .rotations import rotate, turn_between
 
-# Frames along the step (nodes, 4) and the force on the mean tangents, a row a Gauss point, are kept in the
-# places of the rates of stages, t.stage_v[1] and t.stage_turning[1], mean velocities of the last steps in
-# t.stage_a[2] and behind: there are no stages here, and more arrays in the scratch slow every other method
-# down by a tenth.
+# Frames along the step (nodes, 4) are kept in the place of the rates of a stage, t.stage_v[1], mean
+# velocities of the last steps in t.stage_a[2] and behind: there are no stages here, and more arrays in the
+# scratch slow every other method down by a tenth.
 KEPT = 3
 STAGES = 2 + KEPT
 
@@ -39,17 +40,10 @@ AT = (0.5 - math.sqrt(0.15), 0.5 + math.sqrt(0.15), 0.5)
 SHARE = (5.0 / 18.0, 5.0 / 18.0, 8.0 / 18.0)
 
 
-@compiled(**OPTIONS)
-def _force(n: Array, place: int, k: int) -> Vector:
-    """The force at a Gauss point of an element, or of a place without one."""
-    group, lane = place // WIDTH, place % WIDTH
-    return n[group, k, 0, lane], n[group, k, 1, lane], n[group, k, 2, lane]
-
-
-@compiled(**OPTIONS)
-def _direction(rod: Rod, e: int, k: int, g: Array) -> Vector:
-    """The unit tangent at a Gauss point."""
-    q, _ = interpolated(rod.value, rod.slope, e, k, g, P)
+@compiled(**INLINED)
+def _direction(rod: Rod, s: Solver, group: int, k: int) -> Vector:
+    """The unit tangent at a Gauss point, by s.frames."""
+    q, _ = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
     _, tangent = tangent_of(q)
     return tangent
 
@@ -57,82 +51,69 @@ def _direction(rod: Rod, e: int, k: int, g: Array) -> Vector:
 @compiled(**OPTIONS)
 def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
     """Add the means of the moments along the step to s.fp; the frames of its middle stay in t.stage_v[1]."""
-    nodes = g0.shape[0]
-    path, pull = t.stage_v[1], t.stage_turning[1]
+    path, last = t.stage_v[1], rod.weights.shape[0] - 1
     for j in range(len(AT)):
-        for i in range(nodes):
+        for i in range(g0.shape[0]):
             for c in range(4):
                 path[i, c] = g0[i, c]
             rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
-        for e in range(rod.weights.shape[0]):
+        for group in range(rod.four.weights.shape[0]):
+            collect(path, group, last, P, s.frames)
             for k in range(P):
-                q, p = interpolated(rod.value, rod.slope, e, k, path, P)
-                row = e * P + k
-                gq, gp, _, _ = bend(rod.stiff, 0.0, q, p, (pull[row, 0], pull[row, 1], pull[row, 2]))
-                share = SHARE[j] * rod.weights[e, k]
-                for i in range(P + 1):
-                    value, slope, node = share * rod.value[k, i], share * rod.slope[e, k, i], e * P + i
-                    by_g = (
-                        value * gq[0] + slope * gp[0],
-                        value * gq[1] + slope * gp[1],
-                        value * gq[2] + slope * gp[2],
-                        value * gq[3] + slope * gp[3],
-                    )
-                    moment = body((path[node, 0], path[node, 1], path[node, 2], path[node, 3]), by_g)
-                    s.fp[node, 0] += moment[0]
-                    s.fp[node, 1] += moment[1]
-                    s.fp[node, 2] += moment[2]
+                q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+                x, y = load(s.local_right, (group, 3 * k)), load(s.local_right, (group, 3 * k + 1))
+                pull = x, y, load(s.local_right, (group, 3 * k + 2))
+                gq, gp, _, _ = bend(rod.stiff, 0.0, q, p, pull)
+                put_gradients(s, k, SHARE[j] * load(rod.four.weights, (group, k)), gq, gp)
+            add_moments(rod, s, group, last)
 
 
 @compiled(**OPTIONS)
 def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
-    """Residuals of the step in s.fr, s.fp, s.fn; t.force is the mean inertial force a mass."""
-    for i in range(y.g.shape[0]):
-        for c in range(3):
-            s.fr[i, c] = rod.inertia[i, c] * t.force[i, c]
-            s.fp[i, c] = 0.0
-        s.fp[i, 0] = rod.inertia[i, 3] * t.force[i, 3]
-    pull, last = t.stage_turning[1], rod.weights.shape[0] - 1
-    for place in range(WIDTH * rod.four.weights.shape[0]):
-        # (places without an element repeat the last one's gaps, and add no forces)
-        e, real = min(place, last), place <= last
-        group, lane = place // WIDTH, place % WIDTH
+    """Residuals of the step in s.fr, s.fp, s.fn; t.force is the mean inertial force a mass.
+
+    The force on the mean tangents is kept in s.local_right, which is free until the solution.
+    """
+    put_inertia(rod, s, t.force)
+    last = rod.weights.shape[0] - 1
+    for group in range(rod.four.weights.shape[0]):
+        collect(y.g, group, last, P, s.frames)
         for k in range(P):
-            n, tangent = _force(t.n, place, k), _direction(rod, e, k, y.g)
+            tangent = _direction(rod, s, group, k)
+            store(s.gradients, (k, 0), dot(force_at(t.n, group, k), tangent))
+            store(s.gradients, (k, 1), dot(force_at(y.n, group, k), tangent))
+        collect(t.g, group, last, P, s.frames)
+        collect(t.x, group, last, P, s.places)
+        for k in range(P):
+            n, tangent = force_at(t.n, group, k), _direction(rod, s, group, k)
+            mean = 0.5 * (load(s.gradients, (k, 0)) + dot(n, tangent))
             # N1 is what makes the mean n.m
-            mean, first = 0.5 * dot(n, tangent), dot(_force(y.n, place, k), tangent)
-            tangent = _direction(rod, e, k, t.g)
-            mean += 0.5 * dot(n, tangent)
-            stretch = rod.weights[e, k] * (1.0 + rod.soft * (2.0 * mean - first))
-            for c in range(3):
-                force, gap = t.n[group, k, c, lane], 0.0
-                for i in range(P + 1):
-                    coupling = rod.coupling[e, k, i]
-                    gap += coupling * t.x[e * P + i, c]
-                    if real:
-                        s.fr[e * P + i, c] += coupling * force
-                if real:
-                    pull[e * P + k, c] = (1.0 + rod.soft * mean) * force
-                s.fn[group, k, c, lane] = gap
-            s.fn[group, k, 0, lane] -= stretch * tangent[0]
-            s.fn[group, k, 1, lane] -= stretch * tangent[1]
-            s.fn[group, k, 2, lane] -= stretch * tangent[2]
+            put_gap(rod, s, group, k, 1.0 + rod.soft * (2.0 * mean - load(s.gradients, (k, 1))), tangent)
+            part = 1.0 + rod.soft * mean
+            store(s.local_right, (group, 3 * k), part * n[0])
+            store(s.local_right, (group, 3 * k + 1), part * n[1])
+            store(s.local_right, (group, 3 * k + 2), part * n[2])
+        add_forces(rod, s, group, last, t.n)
     _mean_moments(rod, s, t, y.g)
 
 
 @compiled(**OPTIONS)
-def _end_forces(rod: Rod, t: Scratch, y: Motion) -> None:
+def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
     """Give t.n the axial force of the step's end, in a rod that stretches."""
     last = rod.weights.shape[0] - 1
-    for place in range(WIDTH * rod.four.weights.shape[0]):
-        e, group, lane = min(place, last), place // WIDTH, place % WIDTH
+    for group in range(rod.four.weights.shape[0]):
+        collect(y.g, group, last, P, s.frames)
         for k in range(P):
-            tangent = _direction(rod, e, k, y.g)
-            along = dot(_force(t.n, place, k), tangent) - dot(_force(y.n, place, k), tangent)
-            tangent = _direction(rod, e, k, t.g)
-            t.n[group, k, 0, lane] += along * tangent[0]
-            t.n[group, k, 1, lane] += along * tangent[1]
-            t.n[group, k, 2, lane] += along * tangent[2]
+            tangent = _direction(rod, s, group, k)
+            along = dot(force_at(t.n, group, k), tangent) - dot(force_at(y.n, group, k), tangent)
+            store(s.gradients, (k, 0), along)
+        collect(t.g, group, last, P, s.frames)
+        for k in range(P):
+            tangent, along = _direction(rod, s, group, k), load(s.gradients, (k, 0))
+            n = force_at(t.n, group, k)
+            store(t.n, (group, k, 0), n[0] + along * tangent[0])
+            store(t.n, (group, k, 1), n[1] + along * tangent[1])
+            store(t.n, (group, k, 2), n[2] + along * tangent[2])
 
 
 @compiled(**OPTIONS)
@@ -199,7 +180,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
             _rates(t, y, b, h, nu)
             if rod.soft > 0.0:
-                _end_forces(rod, t, y)
+                _end_forces(rod, s, t, y)
             return iteration
         fresh = iteration > 1 and rate > 0.3
         before = size

@@ -6,7 +6,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
-from .fours import INLINED, collect
+from .fours import INLINED, collect, force_at
 from .points import bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
@@ -22,7 +22,7 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
             q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains_of(inverse, q, p)
-            pull = dot((load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))), tangent)
+            pull = dot(force_at(n, group, k), tangent)
             twice = rod.stiff[0] * k1 * k1 + rod.stiff[1] * k2 * k2 + rod.stiff[2] * k3 * k3
             share += load(rod.four.weights, (group, k)) * (twice + rod.soft * pull * pull)
         for place in range(min(WIDTH, elements - WIDTH * group)):

@@ -74,3 +74,9 @@ def add_to_nodes(
 @compiled(**INLINED)
 def _add(array: Array, node: int, row: Any, kept: bool) -> None:
     store(array, (node,), load(array, (node,)) + row if kept else row)
+
+
+@compiled(**INLINED)
+def force_at(n: Array, group: int, k: int) -> tuple[Any, Any, Any]:
+    """A force n (G, P, 3, WIDTH) at a Gauss point of a group."""
+    return load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))

@@ -12,7 +12,7 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import load, spread, store
 from ribbonfem.results import Array
 
-from .fours import INLINED, OPTIONS, collect
+from .fours import INLINED, OPTIONS, collect, force_at
 from .pairs import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 from .points import Quaternion, Rows, Value, Vector, dot, interpolated_fours, second_derivatives, stretched
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
@@ -101,7 +101,7 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     fill_columns(s.frames, 0.5, s.columns, P)
     for k in range(P):
         q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
-        force = load(n, (group, k, 0)), load(n, (group, k, 1)), load(n, (group, k, 2))
+        force = force_at(n, group, k)
         gq, gp, t, _, dt = second_derivatives(rod.stiff, rod.soft, q, p, force, s.hess)
         _fill_gap(rod, s, group, k, force, t, dt, sigma, impulsive)
         if not impulsive:
