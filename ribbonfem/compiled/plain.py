@@ -11,7 +11,7 @@ from ribbonfem.results import Array
 WIDTH = 4
 
 
-class Four:
+class Lanes:
     """Four floats; a new one comes of every operation, as with numbers (`+=` on arrays changes them)."""
 
     # (so that a number of numpy leaves products with one to `__rmul__`)
@@ -20,69 +20,69 @@ class Four:
     def __init__(self, places: Array) -> None:
         self.places = places
 
-    def __add__(self, other: Four | float) -> Four:
-        return Four(self.places + _places(other))
+    def __add__(self, other: Lanes | float) -> Lanes:
+        return Lanes(self.places + _places(other))
 
-    def __sub__(self, other: Four | float) -> Four:
-        return Four(self.places - _places(other))
+    def __sub__(self, other: Lanes | float) -> Lanes:
+        return Lanes(self.places - _places(other))
 
-    def __mul__(self, other: Four | float) -> Four:
-        return Four(self.places * _places(other))
+    def __mul__(self, other: Lanes | float) -> Lanes:
+        return Lanes(self.places * _places(other))
 
-    def __truediv__(self, other: Four | float) -> Four:
-        return Four(self.places / _places(other))
+    def __truediv__(self, other: Lanes | float) -> Lanes:
+        return Lanes(self.places / _places(other))
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __rsub__(self, other: float) -> Four:
-        return Four(other - self.places)
+    def __rsub__(self, other: float) -> Lanes:
+        return Lanes(other - self.places)
 
-    def __rtruediv__(self, other: float) -> Four:
-        return Four(other / self.places)
+    def __rtruediv__(self, other: float) -> Lanes:
+        return Lanes(other / self.places)
 
-    def __neg__(self) -> Four:
-        return Four(-self.places)
-
-
-def _places(value: Four | float) -> Any:
-    return value.places if isinstance(value, Four) else value
+    def __neg__(self) -> Lanes:
+        return Lanes(-self.places)
 
 
-def load(array: Array, indices: tuple[int, ...]) -> Four:
+def _places(value: Lanes | float) -> Any:
+    return value.places if isinstance(value, Lanes) else value
+
+
+def load(array: Array, indices: tuple[int, ...]) -> Lanes:
     """The four of array[*indices, :], which is contiguous."""
-    return Four(array[indices].copy())
+    return Lanes(array[indices].copy())
 
 
-def store(array: Array, indices: tuple[int, ...], value: Four) -> None:
+def store(array: Array, indices: tuple[int, ...], value: Lanes) -> None:
     """array[*indices, :] = value."""
     array[indices] = value.places
 
 
-def spread(value: float) -> Four:
+def spread(value: float) -> Lanes:
     """Four times the same number."""
-    return Four(np.full(WIDTH, value))
+    return Lanes(np.full(WIDTH, value))
 
 
-def transposed(a: Four, b: Four, c: Four, d: Four) -> tuple[Four, ...]:
+def transposed(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> tuple[Lanes, ...]:
     """The first of each, the second of each, and so on: rows of four numbers become one value a column."""
-    return tuple(Four(column) for column in np.stack([four.places for four in (a, b, c, d)], axis=1))
+    return tuple(Lanes(column) for column in np.stack([four.places for four in (a, b, c, d)], axis=1))
 
 
-def all_below(value: Four, bound: float) -> bool:
+def all_below(value: Lanes, bound: float) -> bool:
     """Whether each of the four is below a number; NaN is not."""
     return bool(np.all(value.places < bound))
 
 
-def lane(value: Four, place: int) -> float:
+def lane(value: Lanes, place: int) -> float:
     """One of the four."""
     return float(value.places[place])
 
 
-def larger(a: Four, b: Four) -> Four:
+def larger(a: Lanes, b: Lanes) -> Lanes:
     """The larger one, place by place; a where one is NaN."""
-    return Four(np.where(b.places > a.places, b.places, a.places))
+    return Lanes(np.where(b.places > a.places, b.places, a.places))
 
 
-def root(value: Four) -> Four:
+def root(value: Lanes) -> Lanes:
     """The square root of each."""
-    return Four(np.sqrt(value.places))
+    return Lanes(np.sqrt(value.places))

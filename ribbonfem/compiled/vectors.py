@@ -89,7 +89,7 @@ def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> 
     struct = context.make_array(kinds[0])(context, builder, array)
     places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
     places = [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
-    places.append(ir.Constant(ir.IntType(64), 0))
+    places.append(context.get_constant(types.intp, 0))
     pointer = cgutils.get_item_pointer(context, builder, kinds[0], struct, places, wraparound=False)
     return builder.bitcast(pointer, _VECTOR.as_pointer())
 
