@@ -12,7 +12,10 @@ from typing import Any
 
 from numba import config
 
+from ribbonfem.results import Array
+
 from . import plain, vectors
+from .decorator import compiled
 
 _numbers: Any = plain if config.DISABLE_JIT else vectors
 
@@ -20,3 +23,9 @@ WIDTH = plain.WIDTH
 load, store, spread = _numbers.load, _numbers.store, _numbers.spread
 transposed, lane = _numbers.transposed, _numbers.lane
 all_below, larger, root = _numbers.all_below, _numbers.larger, _numbers.root
+
+
+@compiled(forceinline=True)
+def increase(array: Array, indices: tuple[int, ...], value: Any) -> None:
+    """array[*indices, :] += value."""
+    store(array, indices, load(array, indices) + value)

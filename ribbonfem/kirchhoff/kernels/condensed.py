@@ -243,8 +243,8 @@ def _hand_out(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
         inverse = (-1.0 / sigma) / load(rod.four.mass, (group, i))
         add_to_nodes(s.fr, group, last, P, i, inverse * x, inverse * y, inverse * z, zero, False)
         row = TURN0 - 3 + 3 * i
-        a, b, c4 = load(f, (group, row)), load(f, (group, row + 1)), load(f, (group, row + 2))
-        add_to_nodes(s.fp, group, last, P, i, a, b, c4, zero, False)
+        x, y, z = load(f, (group, row)), load(f, (group, row + 1)), load(f, (group, row + 2))
+        add_to_nodes(s.fp, group, last, P, i, x, y, z, zero, False)
 
 
 @compiled(**INLINED)

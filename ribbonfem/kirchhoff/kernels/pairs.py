@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import load, spread, store
+from ribbonfem.compiled.lanes import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .fours import INLINED
@@ -65,10 +65,10 @@ def add_gradient(
     """Add a point's share of the derivatives in node i's quaternion; `by` are those in q and in q'."""
     gq, gp = by
     value, slope = weight * values[k, i], weight * slope
-    store(gradient, (i, 0), load(gradient, (i, 0)) + value * gq[0] + slope * gp[0])
-    store(gradient, (i, 1), load(gradient, (i, 1)) + value * gq[1] + slope * gp[1])
-    store(gradient, (i, 2), load(gradient, (i, 2)) + value * gq[2] + slope * gp[2])
-    store(gradient, (i, 3), load(gradient, (i, 3)) + value * gq[3] + slope * gp[3])
+    increase(gradient, (i, 0), value * gq[0] + slope * gp[0])
+    increase(gradient, (i, 1), value * gq[1] + slope * gp[1])
+    increase(gradient, (i, 2), value * gq[2] + slope * gp[2])
+    increase(gradient, (i, 3), value * gq[3] + slope * gp[3])
 
 
 @compiled(**INLINED)
@@ -97,8 +97,7 @@ def add_pairs(
         value, slope = values[k, i], load(slopes, (group, k, i))
         for j in range(i + 1):
             for c in range(16):
-                new = value * load(of_q, (j, c)) + slope * load(of_p, (j, c))
-                store(pairs, (i, j, c), load(pairs, (i, j, c)) + new)
+                increase(pairs, (i, j, c), value * load(of_q, (j, c)) + slope * load(of_p, (j, c)))
 
 
 @compiled(**INLINED)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import load, spread, store
+from ribbonfem.compiled.lanes import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .fours import INLINED
@@ -164,11 +164,6 @@ def _put(hess: Array, row: int, column: int, a: Quaternion) -> None:
 
 
 @compiled(**INLINED)
-def _add(hess: Array, row: int, column: int, value: Value) -> None:
-    store(hess, (8 * row + column,), load(hess, (8 * row + column,)) + value)
-
-
-@compiled(**INLINED)
 def _put_rows(
     hess: Array, r: int, stiff: Array, at: Vector, of_q: Vector, of_p: Vector, moments: Vector, rows: Any
 ) -> None:
@@ -231,34 +226,34 @@ def second_derivatives(
         hess, 3, stiff, (q3, z[3], soft * v[3]), (a0[3], a1[3], a2[3]), (b0[3], b1[3], b2[3]), moments, rows
     )
     for r in range(4):
-        _add(hess, r, r, twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2))
-    _add(hess, 0, 5, moments[0])
-    _add(hess, 1, 4, -moments[0])
-    _add(hess, 2, 7, -moments[0])
-    _add(hess, 3, 6, moments[0])
-    _add(hess, 0, 6, moments[1])
-    _add(hess, 2, 4, -moments[1])
-    _add(hess, 3, 5, -moments[1])
-    _add(hess, 1, 7, moments[1])
-    _add(hess, 0, 7, moments[2])
-    _add(hess, 3, 4, -moments[2])
-    _add(hess, 1, 6, -moments[2])
-    _add(hess, 2, 5, moments[2])
+        increase(hess, (8 * r + r,), twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2))
+    increase(hess, (8 * 0 + 5,), moments[0])
+    increase(hess, (8 * 1 + 4,), -moments[0])
+    increase(hess, (8 * 2 + 7,), -moments[0])
+    increase(hess, (8 * 3 + 6,), moments[0])
+    increase(hess, (8 * 0 + 6,), moments[1])
+    increase(hess, (8 * 2 + 4,), -moments[1])
+    increase(hess, (8 * 3 + 5,), -moments[1])
+    increase(hess, (8 * 1 + 7,), moments[1])
+    increase(hess, (8 * 0 + 7,), moments[2])
+    increase(hess, (8 * 3 + 4,), -moments[2])
+    increase(hess, (8 * 1 + 6,), -moments[2])
+    increase(hess, (8 * 2 + 5,), moments[2])
     # second derivative of n.(|q|^2 t)
     part = twice * stretch
     x, y, z = part * n[0], part * n[1], part * n[2]
-    _add(hess, 0, 0, -x)
-    _add(hess, 1, 1, -x)
-    _add(hess, 2, 2, x)
-    _add(hess, 3, 3, x)
-    _add(hess, 1, 2, -y)
-    _add(hess, 2, 1, -y)
-    _add(hess, 0, 3, -y)
-    _add(hess, 3, 0, -y)
-    _add(hess, 1, 3, -z)
-    _add(hess, 3, 1, -z)
-    _add(hess, 0, 2, z)
-    _add(hess, 2, 0, z)
+    increase(hess, (8 * 0 + 0,), -x)
+    increase(hess, (8 * 1 + 1,), -x)
+    increase(hess, (8 * 2 + 2,), x)
+    increase(hess, (8 * 3 + 3,), x)
+    increase(hess, (8 * 1 + 2,), -y)
+    increase(hess, (8 * 2 + 1,), -y)
+    increase(hess, (8 * 0 + 3,), -y)
+    increase(hess, (8 * 3 + 0,), -y)
+    increase(hess, (8 * 1 + 3,), -z)
+    increase(hess, (8 * 3 + 1,), -z)
+    increase(hess, (8 * 0 + 2,), z)
+    increase(hess, (8 * 2 + 0,), z)
     return gq, gp, tangent, pull, (d0, d1, d2)
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, load, spread, store
+from ribbonfem.compiled.lanes import WIDTH, increase, load, spread, store
 from ribbonfem.results import Array
 
 from .fours import INLINED, collect
@@ -50,30 +50,24 @@ def frame_basis(g: Array, basis: Array) -> None:
 def _add_forces(n: Vector, t: Vector, pull: Value, soft: float, weight: Value, sums: Array) -> None:
     """Add a point's (1 + c n.t) t to sums (9,), and its derivative in n, a triangle, behind it."""
     stretch, axial = weight * (1.0 + soft * pull), weight * soft
-    _add(sums, 0, stretch * t[0])
-    _add(sums, 1, stretch * t[1])
-    _add(sums, 2, stretch * t[2])
-    _add(sums, 3, axial * t[0] * t[0])
-    _add(sums, 4, axial * t[0] * t[1])
-    _add(sums, 5, axial * t[1] * t[1])
-    _add(sums, 6, axial * t[0] * t[2])
-    _add(sums, 7, axial * t[1] * t[2])
-    _add(sums, 8, axial * t[2] * t[2])
-
-
-@compiled(**INLINED)
-def _add(array: Array, place: int, value: Value) -> None:
-    store(array, (0, place), load(array, (0, place)) + value)
+    increase(sums, (0,), stretch * t[0])
+    increase(sums, (1,), stretch * t[1])
+    increase(sums, (2,), stretch * t[2])
+    increase(sums, (3,), axial * t[0] * t[0])
+    increase(sums, (4,), axial * t[0] * t[1])
+    increase(sums, (5,), axial * t[1] * t[1])
+    increase(sums, (6,), axial * t[0] * t[2])
+    increase(sums, (7,), axial * t[1] * t[2])
+    increase(sums, (8,), axial * t[2] * t[2])
 
 
 @compiled(**INLINED)
 def _add_change(change: Quaternion, share: Value, i: int, b: int, pulls: Array) -> None:
     """Add a point's share of the derivative of a component b of r' in the quaternion of node i."""
-    for_b = 4 * b
-    store(pulls, (i, for_b), load(pulls, (i, for_b)) - share * change[0])
-    store(pulls, (i, for_b + 1), load(pulls, (i, for_b + 1)) - share * change[1])
-    store(pulls, (i, for_b + 2), load(pulls, (i, for_b + 2)) - share * change[2])
-    store(pulls, (i, for_b + 3), load(pulls, (i, for_b + 3)) - share * change[3])
+    increase(pulls, (i, 4 * b), -share * change[0])
+    increase(pulls, (i, 4 * b + 1), -share * change[1])
+    increase(pulls, (i, 4 * b + 2), -share * change[2])
+    increase(pulls, (i, 4 * b + 3), -share * change[3])
 
 
 @compiled(**INLINED)
@@ -136,7 +130,7 @@ def assemble(
     pairs, pulls, sums = (
         np.empty((size, size, 16, WIDTH)),
         np.empty((size, 12, WIDTH)),
-        np.empty((1, 9, WIDTH)),
+        np.empty((9, WIDTH)),
     )
     block = np.empty((9, WIDTH))
     n = spread(force[0]), spread(force[1]), spread(force[2])
@@ -147,7 +141,8 @@ def assemble(
             clear(pairs[i], i + 1, 16)
         clear(gradient, size, 4)
         clear(pulls, size, 12)
-        clear(sums, 1, 9)
+        for place in range(9):
+            store(sums, (place,), spread(0.0))
         for k in range(points):
             q, p = interpolated_fours(value, slope, group, k, frames, degree)
             weight = load(weights, (group, k))
@@ -165,9 +160,9 @@ def assemble(
         for lane in range(lanes):
             place = 3
             for b in range(3):
-                residual[4 * inner + b] -= sums[0, b, lane]
+                residual[4 * inner + b] -= sums[b, lane]
                 for c in range(b + 1):
-                    corner[c, b] -= sums[0, place, lane]
+                    corner[c, b] -= sums[place, lane]
                     place += 1
         for i in range(size):
             for b in range(3):
@@ -193,7 +188,7 @@ def assemble(
                     # the increment is followed by a normalisation: its second-order term
                     along = radial(gradient, frames, i)
                     for c in range(3):
-                        store(block, (4 * c,), load(block, (4 * c,)) - along)
+                        increase(block, (4 * c,), -along)
                 for lane in range(lanes):
                     first = (WIDTH * group + lane) * degree - 1
                     if first + j >= 0 and first + i < inner:

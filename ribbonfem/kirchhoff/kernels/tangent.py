@@ -9,7 +9,7 @@ each, of which neighbours alone know each other, whatever the degree (`condensed
 from __future__ import annotations
 
 from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import load, spread, store
+from ribbonfem.compiled.lanes import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .fours import INLINED, OPTIONS, collect, force_at
@@ -21,11 +21,6 @@ from .rod import N0, PLACES, SIZE, P, Rod, Solver
 STIFF = 1e12
 # small rotary inertia of bending that makes their tangent definite; refinement takes it out again
 SMALL = 1e-7
-
-
-@compiled(**INLINED)
-def _add(local: Array, group: int, row: int, column: int, value: Value) -> None:
-    store(local, (group, row, column), load(local, (group, row, column)) + value)
 
 
 @compiled(**INLINED)
@@ -51,16 +46,16 @@ def _fill_gap(
     """The rows of n at a Gauss point: with itself, the positions and the rotations."""
     local, row, weight = s.local, N0 + 3 * k, load(rod.four.weights, (group, k))
     axial = weight * (-((STIFF if rod.soft > 0.0 else 0.0) if impulsive else rod.soft))
-    _add(local, group, row, row, axial * t[0] * t[0])
-    _add(local, group, row + 1, row, axial * t[1] * t[0])
-    _add(local, group, row + 1, row + 1, axial * t[1] * t[1])
-    _add(local, group, row + 2, row, axial * t[2] * t[0])
-    _add(local, group, row + 2, row + 1, axial * t[2] * t[1])
-    _add(local, group, row + 2, row + 2, axial * t[2] * t[2])
+    increase(local, (group, row, row), axial * t[0] * t[0])
+    increase(local, (group, row + 1, row), axial * t[1] * t[0])
+    increase(local, (group, row + 1, row + 1), axial * t[1] * t[1])
+    increase(local, (group, row + 2, row), axial * t[2] * t[0])
+    increase(local, (group, row + 2, row + 1), axial * t[2] * t[1])
+    increase(local, (group, row + 2, row + 2), axial * t[2] * t[2])
     for l in range(k + 1):
         share = load(rod.four.share, (group, k, l)) * (-1.0 / sigma)
         for b in range(3):
-            _add(local, group, row + b, N0 + 3 * l + b, share)
+            increase(local, (group, row + b, N0 + 3 * l + b), share)
     change = stretched(n, dot(n, t), rod.soft, 0.0 if impulsive else rod.soft, t, dt)
     _fill_row(rod, s, group, k, 0, weight, change[0])
     _fill_row(rod, s, group, k, 1, weight, change[1])
@@ -85,7 +80,7 @@ def _fill_turns(s: Solver, group: int) -> None:
                     store(s.local, (group, column + 1, row + c), b)
                     store(s.local, (group, column + 2, row + c), d)
         for c in range(3):
-            _add(s.local, group, row + c, row + c, -0.25 * radial(s.gradient, s.frames, i))
+            increase(s.local, (group, row + c, row + c), -0.25 * radial(s.gradient, s.frames, i))
 
 
 @compiled(**INLINED)
@@ -114,13 +109,13 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
         _fill_turns(s, group)
     for i in range(P + 1):
         mass, row = load(rod.four.mass, (group, i)) * sigma, PLACES[i]
-        _add(s.local, group, row, row, rod.spin * mass)
+        increase(s.local, (group, row, row), rod.spin * mass)
         if impulsive:
-            _add(s.local, group, row + 1, row + 1, SMALL * mass)
-            _add(s.local, group, row + 2, row + 2, SMALL * mass)
+            increase(s.local, (group, row + 1, row + 1), SMALL * mass)
+            increase(s.local, (group, row + 2, row + 2), SMALL * mass)
     for b in range(3):
-        _add(s.local, group, b, b, load(rod.four.mass, (group, 0)) * sigma)
-        _add(s.local, group, 3 + b, 3 + b, load(rod.four.mass, (group, P)) * sigma)
+        increase(s.local, (group, b, b), load(rod.four.mass, (group, 0)) * sigma)
+        increase(s.local, (group, 3 + b, 3 + b), load(rod.four.mass, (group, P)) * sigma)
 
 
 @compiled(**OPTIONS)
