@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numba.core.errors import NumbaError
 
-from ribbonfem.compiled import decorator
+from ribbonfem.compiled import decorator, sources
 from ribbonfem.compiled.copies import add, copy
 
 ROOT = Path(__file__).parents[1]
@@ -120,7 +120,7 @@ def test_what_compiled_code_takes_comes_from_files_of_kernels(module):
     foreign = {name: place for name, place in taken.items() if name in inside}
     for name, place in foreign.items():
         if place.split(".")[0] in ("ribbonfem", "der"):
-            assert decorator.is_kernels(place) or decorator.is_kernels(f"{place}.{name}"), (name, place)
+            assert sources.is_kernels(place) or sources.is_kernels(f"{place}.{name}"), (name, place)
 
 
 def test_what_does_not_say_that_it_allocates_cannot():
