@@ -6,6 +6,7 @@ compare.skipping_diagram, compare.selection_diagram, compare.threshold
                                                    what ramps do over rate and damping
 compare.save(result, path), compare.load(path)     any result in a file
 compare.read_scene(path)                           a scene from a TOML file
+compare.warm()                                     compiles everything, in a process a core
 result.plot(), .to_pandas(), .to_xarray()          what importing this adds to the results of the models
 python -m compare, or ribbonfem                    the questions as commands
 """
@@ -25,6 +26,7 @@ _CALLS = {
     "selection_diagram": "compare.diagrams",
     "skipping_diagram": "compare.diagrams",
     "threshold": "compare.diagrams",
+    "warm": "compare.compilation",
 }
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "selection_diagram",
     "skipping_diagram",
     "threshold",
+    "warm",
 ]
 
 install()

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import config, njit
 from numba.core.errors import NumbaError
 
-from ribbonfem.compiled import decorator, sources
+from ribbonfem.compiled import decorator, entries, sources
 from ribbonfem.compiled.copies import add, copy
+from ribbonfem.compiled.decorator import compiled
 
 ROOT = Path(__file__).parents[1]
 
@@ -41,61 +43,175 @@ def called(x):
 """
 
 
-def test_a_change_in_another_file_is_seen(tmp_path):
-    # a package of the name of ours in front of it, which looks for everything else there
-    room = tmp_path / "ribbonfem" / "kernels"
-    room.mkdir(parents=True)
+def package(folder, **files):
+    """A package of the name of ours in front of it, with kernels of its own; the rest is ours."""
+    room = folder / "ribbonfem" / "kernels"
+    room.mkdir(parents=True, exist_ok=True)
     (room.parent / "__init__.py").write_text(f"__path__.append({str(ROOT / 'ribbonfem')!r})\n")
-    (room / "__init__.py").write_text("")
-    (room / "caller.py").write_text(CALLER)
-    script = (
-        "from ribbonfem.kernels.caller import called; "
-        "print(called(1.0), sum(called.stats.cache_hits.values()))"
+    for name, text in {"__init__": "", **files}.items():
+        (room / f"{name}.py").write_text(text)
+
+
+def running(folder, script, **environment):
+    """A process that runs a script with the package."""
+    return subprocess.Popen(
+        [sys.executable, "-c", script],
+        env={
+            **os.environ,
+            "PYTHONPATH": str(folder),
+            "NUMBA_CACHE_DIR": str(folder / "cache"),
+            # a second file is of the same length, and perhaps of the same second
+            "PYTHONDONTWRITEBYTECODE": "1",
+            **environment,
+        },
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-        # the second file is of the same length, and perhaps of the same second
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
-    said = []
+
+
+def said(process):
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    return out, err
+
+
+# says the value, and how many functions this process compiled
+COUNTED = """
+import numba.core.event as ev
+with ev.install_recorder("numba:compile") as recorder:
+    from ribbonfem.kernels.caller import called
+    value = called(1.0)
+print(value, sum(event.is_start for _, event in recorder.buffer))
+"""
+
+
+def test_a_change_in_another_file_is_seen(tmp_path):
+    found = []
     for factor in ("2.0", "2.0", "3.0"):
-        (room / "callee.py").write_text(CALLEE.format(factor=factor))
-        run = subprocess.run(
-            [sys.executable, "-c", script], env=environment, cwd=tmp_path, capture_output=True, text=True
-        )
-        assert run.returncode == 0, run.stderr
-        said.append(run.stdout.split())
-    assert said == [["3.0", "0"], ["3.0", "1"], ["4.0", "0"]]
+        package(tmp_path, callee=CALLEE.format(factor=factor), caller=CALLER)
+        found.append(said(running(tmp_path, COUNTED))[0].split())
+    # the entry and its two parts, or nothing
+    assert found == [["3.0", "3"], ["3.0", "0"], ["4.0", "3"]]
 
 
 def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
     """An installation over an older one finds code kept of arguments that it does not have any more."""
-    room = tmp_path / "ribbonfem" / "kernels"
-    room.mkdir(parents=True)
-    (room.parent / "__init__.py").write_text(f"__path__.append({str(ROOT / 'ribbonfem')!r})\n")
-    (room / "__init__.py").write_text("")
-    (room / "field.py").write_text(
-        "from ribbonfem.compiled.decorator import compiled\n\n"
-        "@compiled()\ndef first(pair):\n    return pair[0]\n"
+    package(
+        tmp_path,
+        field="from ribbonfem.compiled.decorator import compiled\n\n"
+        "@compiled()\ndef first(pair):\n    return pair[0]\n",
     )
     pair = "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n    b: float\n"
     (tmp_path / "old.py").write_text(pair)
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
     for arguments in ("__import__('old').Pair(1.0, 2.0)", "(3.0, 4.0)"):
         script = f"from ribbonfem.kernels.field import first; print(first({arguments}))"
-        run = subprocess.run(
-            [sys.executable, "-c", script], env=environment, cwd=tmp_path, capture_output=True, text=True
-        )
-        assert run.returncode == 0, run.stderr
+        out, _ = said(running(tmp_path, script))
         (tmp_path / "old.py").unlink(missing_ok=True)
-    assert run.stdout == "3.0\n"
+    assert out == "3.0\n"
+
+
+def spoilt(name, data):
+    return {
+        "empty": b"",
+        "cut": data[: len(data) // 2],
+        "a byte short": data[:-1],
+        "another byte": data[:-9] + bytes([data[-9] ^ 1]) + data[-8:],
+        "of another version": bytes(32) + data[32:],
+        "words": b"not what it was",
+    }[name]
+
+
+def test_a_spoilt_file_is_made_anew(tmp_path):
+    package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
+    said(running(tmp_path, COUNTED))
+    (file,) = (tmp_path / "cache").rglob("*.nbc")
+    whole = file.read_bytes()
+    for fault in ("empty", "cut", "a byte short", "another byte", "of another version", "words"):
+        file.write_bytes(spoilt(fault, whole))
+        assert said(running(tmp_path, COUNTED))[0] == "3.0 3\n", fault
+        assert file.stat().st_size == len(whole)
+    assert said(running(tmp_path, COUNTED))[0] == "3.0 0\n"
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        # no folder can be made, here nor at home
+        {"NUMBA_CACHE_DIR": "/dev/null/here"},
+        # nothing can be written: a full disk says so in the middle of a file
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))",
+    ],
+    ids=["no folder", "disk full"],
+)
+@pytest.mark.skipif(os.name != "posix", reason="limits of files are Unix's")
+def test_code_that_cannot_be_kept_is_compiled_and_told_once(tmp_path, before):
+    package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
+    script = "from ribbonfem.kernels.caller import called; print(called(1.0), called(1))"
+    environment = before if isinstance(before, dict) else {}
+    first = "" if environment else before + "\n"
+    out, err = said(running(tmp_path, first + script, **environment))
+    assert out == "3.0 3.0\n"
+    assert err.count("compiled code is not kept") == 1
+    assert "NUMBA_CACHE_DIR" in err
+    assert not list((tmp_path / "cache").rglob("*.nbc*"))
+
+
+def test_processes_that_need_the_same_compile_it_once(tmp_path):
+    package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
+    counts = sorted(said(process)[0] for process in [running(tmp_path, COUNTED) for _ in range(4)])
+    assert counts == ["3.0 0\n"] * 3 + ["3.0 3\n"]
+
+
+def test_a_process_that_was_killed_while_it_compiled_stops_nobody(tmp_path):
+    package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
+    process = running(
+        tmp_path,
+        "import os\nfrom ribbonfem.compiled import kept\n"
+        "kept.write = lambda *_: os.kill(os.getpid(), 9)\n" + COUNTED,
+    )
+    process.communicate()
+    assert process.returncode == -9
+    assert said(running(tmp_path, COUNTED))[0] == "3.0 3\n"
+
+
+@compiled()
+def part(x, count):
+    return x * count
+
+
+@compiled()
+def entry(x):
+    return part(x, 2) + part(x, 3)
+
+
+@pytest.mark.skipif(decorator.Function is None, reason="another release of the compiler")
+def test_what_compiled_code_calls_is_no_entry():
+    """On the releases that it was tried with: one part for every constant, and no code of its own."""
+    assert entry(2.0) == 10.0
+    assert len(part.part.overloads) == 1
+    assert not part.overloads
+    assert isinstance(next(iter(part.part.overloads.values())).library, entries.Part)
+
+
+def test_a_function_is_called_both_ways():
+    assert part(3.0, 4) == 12.0
+    assert entry(1.0) == 5.0
+
+    @njit
+    def foreign(x):
+        return entry(x) + part(x, 1)
+
+    # by code that is not ours too
+    assert foreign(1.0) == 6.0
+
+
+def test_with_another_release_of_the_compiler_every_function_is_compiled_its_own_way(tmp_path):
+    package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
+    script = "import numba; numba.__version__ = '99.0'\n" + COUNTED
+    assert [said(running(tmp_path, script))[0] for _ in range(2)] == ["3.0 2\n", "3.0 0\n"]
 
 
 @pytest.mark.parametrize("module", KERNELS)
@@ -149,19 +265,6 @@ def test_copies_and_sums_take_the_entries_of_parts_of_arrays_too():
     assert not target[[0, 1, 3, 4]].any()
 
 
-def test_a_compiler_that_does_not_say_what_it_keeps_keeps_nothing(monkeypatch):
-    class Other:
-        py_func = None
-
-    def njit(cache=False, **_):
-        return lambda function: Other() if cache else function
-
-    monkeypatch.setattr(decorator, "njit", njit)
-    decorator._warn_once.cache_clear()
-    with pytest.warns(RuntimeWarning, match="numba"):
-        assert decorator.compiled()(len) is len
-
-
 def test_without_a_compiler_functions_are_what_they_are(monkeypatch):
-    monkeypatch.setattr(decorator, "njit", lambda **_: lambda function: function)
-    assert decorator.compiled(error_model="numpy")(len) is len
+    monkeypatch.setattr(config, "DISABLE_JIT", 1)
+    assert compiled(error_model="numpy")(len) is len

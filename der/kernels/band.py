@@ -85,9 +85,11 @@ def solve_refined(hessian, factors, first, right):
     x = np.empty(right.shape)
     work = np.empty(last + WIDTH)
     for c in range(columns):
-        work[first:last] = right[:, c]
+        for i in range(count):
+            work[first + i] = right[i, c]
         solve(factors, first, last, work)
-        x[:, c] = work[first:last]
+        for i in range(count):
+            x[i, c] = work[first + i]
         product = multiply(hessian, first, last, work)
         for i in range(count):
             work[first + i] = right[i, c] - product[first + i]

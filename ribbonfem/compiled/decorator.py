@@ -1,15 +1,21 @@
-"""The one decorator of compiled code, whose cache sees a change in every file that the code stands on."""
+"""The one decorator of compiled code.
+
+A function is compiled for where it is called from: from Python, to machine code with all that it calls
+inside, which is kept between processes; from compiled code, to a part of that (`entries`).
+"""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from functools import lru_cache, partial
 from typing import Any
 
-from numba import njit
+from numba import config, njit
 
-from .sources import digest
+try:
+    from .entries import Function
+except ImportError:
+    # (another release of the compiler: every function is compiled for both)
+    Function = None  # type: ignore[assignment, misc]
 
 
 def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -19,42 +25,28 @@ def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Callable[.
     ----------
     allocates: whether it makes or returns arrays.  What does not is compiled without the counting of
         references, a tenth of the time of a small beam's loop, and cannot allocate by mistake.
-    options: further ones of `numba.njit`, such as `error_model` and `fastmath`.
+    options: further ones of `numba.njit`, such as `fastmath` and `forceinline`.
     """
+    options = {"nogil": True, "_nrt": allocates, **options}
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=True, nogil=True, _nrt=allocates, **options)(function)
-        if not hasattr(dispatcher, "py_func"):
-            # the compiler is switched off: there is nothing to keep
-            return dispatcher
-        try:
-            kept = dispatcher._cache._cache_file
-            # an attribute that is not there would be made by assignment, and mean nothing
-            kept._source_stamp  # noqa: B018
-            load = kept._load_index
-        except AttributeError:
-            _warn_once()
-            return njit(nogil=True, _nrt=allocates, **options)(function)
-        kept._source_stamp = digest(function.__module__)
-        kept._load_index = partial(_readable, load)
-        return dispatcher
+        if config.DISABLE_JIT:
+            return function
+        if Function is None:
+            return _plain(function, options)
+        return Function(function, targetoptions={"nopython": True, **options})
 
     return decorate
 
 
-def _readable(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
-    """What is kept of a function; nothing if of arguments whose class this release does not have."""
+def _plain(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """The compiler's own way, with our files where it takes them."""
+    dispatcher = njit(**options)(function)
     try:
-        return load()
-    except (ImportError, AttributeError):
-        return {}
+        from .kept import Kept
 
-
-@lru_cache(maxsize=1)
-def _warn_once() -> None:
-    warnings.warn(
-        "this release of numba does not let ribbonfem say what its compiled code depends on: nothing is "
-        "kept, and every process compiles anew (releases 0.60 to 0.68 do)",
-        RuntimeWarning,
-        stacklevel=4,
-    )
+        dispatcher._cache = Kept(function)
+    except ImportError:
+        # every process compiles anew
+        pass
+    return dispatcher

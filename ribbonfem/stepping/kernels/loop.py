@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.results import Array
@@ -260,11 +259,4 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 clock[PHASE] = 1.0
                 clock[KINK] = 1.0
 
-    # Loops of one name and of arguments of one type would be one symbol to the linker, and the code of
-    # whichever was loaded first would serve both.
-    solver = getattr(stage, "py_func", stage)
-    run.__name__ = f"run_{solver.__name__}"
-    run.__qualname__ = f"{solver.__module__}.{run.__name__}"
-    # not kept by itself: what is kept is the function of a model that calls it, and stands on both files
-    compiled_loop: Callable[..., int] = njit(nogil=True, error_model="numpy", _nrt=False)(run)
-    return compiled_loop
+    return compiled(error_model="numpy")(run)

@@ -1,0 +1,197 @@
+"""Everything compiled, in as many processes as there are cores: for images, clusters, and the first command.
+
+A job calls the functions of a model that share compiled code; what it computes in the process that
+compiles is kept beside the code, so that it can be compared with what the code computes when it is loaded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.models import MODELS
+from compare.sweep import Progress
+from compare.sweep.pool import WorkerPool, processors
+from ribbonfem import Scene
+from ribbonfem.compiled.kept import folders, made_from, read, write
+
+_PLANAR = Scene(compression=0.30, shear=0.0, start="U+", rate=10.0)
+_RIBBON = Scene(compression=0.40, shear=0.40, rate=0.03, damping=0.3)
+
+
+@dataclass(frozen=True)
+class Job:
+    """Compiled code that is made together.
+
+    Attributes
+    ----------
+    kernels: the module whose files it is made from.
+    seconds: that compiling takes, about.
+    call: computes with it; returns arrays.
+    """
+
+    kernels: str
+    seconds: float
+    call: Callable[[], list[Any]]
+
+
+def _motion(model: str, scene: Scene, **options: Any) -> list[Any]:
+    history = MODELS[model].simulate(replace(scene, stop=0.01), **options)
+    return [history.time, history.height, *history.energies.values()]
+
+
+def _planar_rest() -> list[Any]:
+    met = [MODELS[name].folds(_PLANAR, elements=8)[0] for name in ("quasilinear", "elastica")]
+    return [[fold.angle, fold.height, fold.load] for fold in met]
+
+
+def _planar_motion() -> list[Any]:
+    return [part for name in ("quasilinear", "elastica") for part in _motion(name, _PLANAR, elements=8)]
+
+
+def _elements_rest() -> list[Any]:
+    return [[fold.angle, fold.height, fold.load] for fold in MODELS["kirchhoff"].folds(_RIBBON, elements=8)]
+
+
+def _rods_rest() -> list[Any]:
+    return [[fold.angle, fold.height, fold.load] for fold in MODELS["der"].folds(_RIBBON, nodes=21)]
+
+
+# those that take longest first
+JOBS = {
+    "elements in motion": Job(
+        "ribbonfem.kirchhoff.kernels.loop", 25.0, lambda: _motion("kirchhoff", _RIBBON, elements=8)
+    ),
+    "elements that keep energy": Job(
+        "ribbonfem.kirchhoff.kernels.loop",
+        25.0,
+        lambda: _motion("kirchhoff", _RIBBON, elements=8, method="discrete-gradient", step=1e-3),
+    ),
+    "planar beams in motion": Job("ribbonfem.stepping.kernels.beams", 12.0, _planar_motion),
+    "rods in motion": Job("der.kernels.loop", 8.0, lambda: _motion("der", _RIBBON, nodes=21)),
+    "rods at rest": Job("der.kernels.loop", 6.0, _rods_rest),
+    "elements at rest": Job("ribbonfem.kirchhoff.kernels.statics", 6.0, _elements_rest),
+    "planar beams at rest": Job("ribbonfem.compiled.banded", 3.0, _planar_rest),
+}
+
+
+def digest_of(job: str) -> str:
+    """Of what a job computes, to the last bit."""
+    values = [np.ascontiguousarray(part, dtype=float).tobytes() for part in JOBS[job].call()]
+    return hashlib.sha256(b"".join(values)).hexdigest()
+
+
+def _place(job: str) -> tuple[list[Path], str, bytes]:
+    """Where it is noted that a job was done, under which name, and what it depends on."""
+    source = Path(str(import_module(JOBS[job].kernels).__file__)).absolute()
+    made = made_from(JOBS[job].kernels) + _processor() + __loader__.get_data(__file__)  # type: ignore[name-defined]
+    return folders(source), f"{job.replace(' ', '-')}.done", made
+
+
+def _processor() -> bytes:
+    from numba.core.registry import cpu_target
+
+    return repr(cpu_target.target_context.codegen().magic_tuple()).encode()
+
+
+def done(job: str) -> str | None:
+    """The digest of what a job computed in the process that compiled it; None if none has."""
+    payload = read(*_place(job))
+    return None if payload is None else payload.decode()
+
+
+def make(job: str) -> float:
+    """Compile what a job needs, or load it; returns the seconds."""
+    begin = time.perf_counter()
+    computed = digest_of(job)
+    if done(job) is None:
+        write(*_place(job), computed.encode())
+    return time.perf_counter() - begin
+
+
+@dataclass(frozen=True)
+class Warmed:
+    """What `warm` did.
+
+    Attributes
+    ----------
+    seconds: in all.
+    compiled: seconds of each job that was compiled; what had been before is left out.
+    folder: where the compiled code of the elements' kernels is kept.
+    """
+
+    seconds: float
+    compiled: dict[str, float]
+    folder: str
+
+    def __repr__(self) -> str:
+        what = ", ".join(self.compiled) or "nothing: all was there"
+        return f"Warmed(compiled {what}; {self.seconds:.1f} s; kept in {self.folder})"
+
+
+class Background:
+    """Jobs that other processes do meanwhile."""
+
+    def __init__(self, jobs: dict[str, Future[float]], pool: WorkerPool | None) -> None:
+        self.jobs, self._pool = jobs, pool
+
+    def wait(self, progress: Progress, title: str = "compiling, once") -> dict[str, float]:
+        """Until all are done; the seconds of each."""
+        bar = progress.bar(title, len(self.jobs), sum(JOBS[job].seconds for job in self.jobs))
+        seconds = {}
+        for job, future in self.jobs.items():
+            seconds[job] = future.result()
+            bar.advance(JOBS[job].seconds)
+        return seconds
+
+
+@contextmanager
+def background(*jobs: str, processes: int) -> Iterator[Background]:
+    """Compile jobs in other processes while this one goes on; leaving it ends them.
+
+    One that is needed here meanwhile is waited for where it is called: no two compile the same.
+    """
+    missing = [job for job in jobs if done(job) is None]
+    if not missing or processes < 1:
+        yield Background({}, None)
+        return
+    pool = WorkerPool(min(processes, len(missing)))
+    try:
+        yield Background({job: pool.submit(make, job) for job in missing}, pool)
+    finally:
+        pool.end()
+
+
+def warm(*, processes: int | None = None, progress: Progress | None = None) -> Warmed:
+    """Compile everything that is not compiled yet, each job in a process of its own.
+
+    Parameters
+    ----------
+    processes: at a time, by default one a processor.
+    progress: draws a bar.
+
+    Raises
+    ------
+    ValueError
+        If `processes` is no whole number of at least 1.
+    """
+    if processes is not None and (type(processes) is not int or processes < 1):
+        raise ValueError(f"processes = {processes!r}: must be a whole number of at least 1")
+    begin = time.perf_counter()
+    with background(*JOBS, processes=processes or processors()) as running:
+        compiled = running.wait(progress or Progress(), "compiling")
+    places, _, _ = _place("elements in motion")
+    kept = next(
+        (str(place) for place in places if os.access(place, os.W_OK)), "no folder that can be written"
+    )
+    return Warmed(time.perf_counter() - begin, compiled, kept)

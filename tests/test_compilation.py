@@ -1,0 +1,78 @@
+"""Everything is compiled at once, and what it computes does not depend on which process compiled it."""
+
+import os
+import subprocess
+import sys
+
+import numba.core.event as ev
+import pytest
+
+import compare
+from compare import compilation
+from ribbonfem import Scene
+
+# of each kind of model an entry that is compiled anew while the others are loaded
+ANEW = {
+    "elements in motion": "assemble",
+    "planar beams in motion": "factored",
+    "rods in motion": "record",
+}
+SCRIPT = """
+import sys
+from ribbonfem.compiled import kept
+read, left = kept.read, []
+def without(places, name, made):
+    if name.startswith(sys.argv[2] + "-"):
+        left.append(name)
+        return None
+    return read(places, name, made)
+kept.read, kept.write = without, lambda *_: None
+from compare.compilation import digest_of
+print(digest_of(sys.argv[1]), len(left) > 0)
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def everything():
+    compare.warm()
+
+
+@pytest.mark.parametrize("job", compilation.JOBS)
+def test_code_that_is_loaded_computes_what_it_did_where_it_was_compiled(job):
+    assert compilation.done(job) == compilation.digest_of(job)
+
+
+@pytest.mark.parametrize("job", ANEW)
+def test_an_entry_compiled_anew_changes_no_bit(job):
+    run = subprocess.run(
+        [sys.executable, "-c", SCRIPT, job, ANEW[job]], capture_output=True, text=True, env=os.environ
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split() == [compilation.done(job), "True"]
+
+
+def test_nothing_is_left_to_compile():
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=1.0, stop=0.02)
+    planar = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, stop=0.02)
+    with ev.install_recorder("numba:compile") as recorder:
+        for model in compilation.MODELS.values():
+            for method in model.DECLARED.methods:
+                fixed = {} if method in model.DECLARED.adaptive else {"step": 1e-3}
+                if method != "verlet":
+                    model.simulate(planar if model.DECLARED.planar else scene, method=method, **fixed)
+            model.folds(planar)
+            model.equilibria(planar, span=(-0.1, 0.1))
+    compiled = {event.data["dispatcher"].py_func.__qualname__ for _, event in recorder.buffer}
+    assert not compiled
+
+
+def test_there_is_nothing_to_do_a_second_time():
+    again = compare.warm()
+    assert again.compiled == {}
+    assert "nothing" in repr(again)
+
+
+@pytest.mark.parametrize("processes", [0, -1, 1.5, "two", True])
+def test_processes_that_cannot_be_are_refused(processes):
+    with pytest.raises(ValueError, match="processes"):
+        compare.warm(processes=processes)
