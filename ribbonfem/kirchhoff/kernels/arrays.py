@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ribbonfem.compiled.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
@@ -24,6 +25,7 @@ ROW_SIZE = COLUMNS + 1
 MEMORY, GUESS = 16, 3
 
 
+@by_reference
 class Motion(NamedTuple):
     """State at the last accepted instant.
 
@@ -41,6 +43,7 @@ class Motion(NamedTuple):
     clock: Array
 
 
+@by_reference
 class Scratch(NamedTuple):
     """What a step overwrites, and the stages remembered for guesses."""
 
@@ -67,6 +70,7 @@ class Scratch(NamedTuple):
     out: Array
 
 
+@by_reference
 class Moving(NamedTuple):
     """A rod in motion; `row_x` and `row_m1` (rows, nodes, 3) take the configurations of rows, if any."""
 

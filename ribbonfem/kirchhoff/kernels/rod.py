@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ribbonfem.compiled.lanes import WIDTH
+from ribbonfem.compiled.references import by_reference
 from ribbonfem.results import Array
 
 from .fours import groups_of
@@ -37,6 +38,7 @@ AS_LEFT, AS_RIGHT = (0, 1, 2, 6, 7, 8), (3, 4, 5, 9, 10, 11)
 PLACES = (6, *range(TURN0, SIZE, 3), 9)
 
 
+@by_reference
 class Four(NamedTuple):
     """Tables of the elements, four at a time.
 
@@ -52,6 +54,7 @@ class Four(NamedTuple):
     mass: Array
 
 
+@by_reference
 class Rod(NamedTuple):
     """The discretisation, see `LineTables`.
 
@@ -73,6 +76,7 @@ class Rod(NamedTuple):
     middle: int
 
 
+@by_reference
 class Solver(NamedTuple):
     """Memory of the tangent and its solution, allocated once.
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ribbonfem.compiled.decorator import compiled
+from ribbonfem.compiled.references import by_reference
 from ribbonfem.results import Array
 
 ELASTICA, QUASILINEAR = 0, 1
@@ -33,6 +34,7 @@ GROWTH = 0.25
 SHORT = 1e-6
 
 
+@by_reference
 class Tables(NamedTuple):
     """A beam as arrays; those of the other beam are empty.
 
@@ -63,6 +65,7 @@ class Tables(NamedTuple):
     mass: Array
 
 
+@by_reference
 class Scheme(NamedTuple):
     """Coefficients of a method, or its tableau; see `newmark.Method`.
 
@@ -86,6 +89,7 @@ class Scheme(NamedTuple):
     project: bool
 
 
+@by_reference
 class Ramp(NamedTuple):
     """The clamp's motion and the control of steps, in t* and rad."""
 
@@ -128,6 +132,7 @@ class Verbs(NamedTuple):
     record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
 
 
+@by_reference
 class Scratch(NamedTuple):
     """Memory of the solvers, allocated once."""
 
@@ -150,6 +155,7 @@ class Scratch(NamedTuple):
     stage_a: Array
 
 
+@by_reference
 class Beam(NamedTuple):
     """A beam in motion: q, v, a, w at the last accepted instant, the auxiliary acceleration, the rate of w.
 

@@ -1,0 +1,79 @@
+"""Named tuples that compiled code hands on as one pointer.
+
+To the compiler a tuple of arrays is all of their fields, seven to eleven numbers each, handed over one by one at
+every call: a tuple of sixty arrays is six hundred arguments, a quarter of some kernels' time and half of
+what there is to compile.  Tuples never change, so that a pointer to where a call from Python has put
+their fields serves as well; what is loaded through it counts as constant.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import NativeValue, infer_getattr, models, register_model, typeof_impl, unbox
+
+Class = TypeVar("Class", bound=type)
+
+
+class Reference(types.Type):
+    """A pointer to the fields of a named tuple."""
+
+    def __init__(self, cls: Any, kinds: tuple[Any, ...]) -> None:
+        self.cls, self.kinds = cls, kinds
+        super().__init__(name=f"{cls.__module__}.{cls.__qualname__}({', '.join(map(str, kinds))})")
+
+
+@register_model(Reference)
+class _ReferenceModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        fields = [manager.lookup(field).get_value_type() for field in kind.kinds]
+        super().__init__(manager, kind, ir.LiteralStructType(fields).as_pointer())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Reference
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        return kind.kinds[kind.cls._fields.index(name)] if name in kind.cls._fields else None
+
+
+@lower_getattr_generic(Reference)
+def _field(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -> Any:
+    index = kind.cls._fields.index(name)
+    value = builder.load(cgutils.gep_inbounds(builder, pointer, 0, index))
+    value.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return impl_ret_borrowed(context, builder, kind.kinds[index], value)
+
+
+@unbox(Reference)
+def _from_python(kind: Any, obj: Any, c: Any) -> Any:
+    """The fields, where the call from Python has its own memory, and a pointer to them."""
+    pointer = cgutils.alloca_once(c.builder, c.context.get_value_type(kind).pointee)
+    fields = [c.unbox(field, c.pyapi.tuple_getitem(obj, i)) for i, field in enumerate(kind.kinds)]
+    wrong = cgutils.false_bit
+    for i, field in enumerate(fields):
+        c.builder.store(field.value, cgutils.gep_inbounds(c.builder, pointer, 0, i))
+        wrong = c.builder.or_(wrong, field.is_error)
+
+    def cleanup() -> None:
+        for field in fields:
+            if field.cleanup is not None:
+                field.cleanup()
+
+    return NativeValue(pointer, is_error=wrong, cleanup=cleanup)
+
+
+def by_reference(cls: Class) -> Class:
+    """A decorator of a named tuple's class: compiled code hands it on as a pointer."""
+
+    @typeof_impl.register(cls)
+    def _kind(value: Any, context: Any) -> Any:
+        return Reference(cls, tuple(typeof_impl(field, context) for field in value))
+
+    return cls
