@@ -237,8 +237,9 @@ def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
         line = DASHES.get(name, "--")
         handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
     if paper:
-        star = {"marker": "*", "ls": "", "ms": 9, "mfc": "white", "mec": "black"}
-        handles.append(Line2D([], [], **star, label="paper's runs"))
+        handles.append(
+            Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
+        )
     return handles
 
 

@@ -78,8 +78,7 @@ def terminal() -> Iterator[None]:
                 setattr(sys, name, nowhere)
             elif isinstance(stream, io.TextIOWrapper):
                 # words and tables are UTF-8, whatever the locale says
-                before = {"encoding": stream.encoding, "errors": stream.errors}
-                undo.callback(stream.reconfigure, **before)
+                undo.callback(stream.reconfigure, encoding=stream.encoding, errors=stream.errors)
                 stream.reconfigure(encoding="utf-8", errors="backslashreplace")
         columns = os.environ.get("COLUMNS", "")
         if columns.isdigit() and not int(columns):
