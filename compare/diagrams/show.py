@@ -72,6 +72,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "boundaries": [asdict(boundary) for boundary in diagram.boundaries],
         "folds": list(diagram.folds),
         "predicted": {name: np.asarray(curve).tolist() for name, curve in diagram.predicted.items()},
+        "unpredicted": dict(diagram.unpredicted),
     }
 
 
@@ -236,6 +237,10 @@ def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
     for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
         line = DASHES.get(name, "--")
         handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
+    for name in sorted({name for d in diagrams for name in d.unpredicted}):
+        if not any(len(d.predicted.get(name, ())) for d in diagrams):
+            label = f"{SHORT.get(name, name)}: {diagrams[0].unpredicted.get(name, 'not there')[:40]}"
+            handles.append(Line2D([], [], ls="", label=label))
     if paper:
         handles.append(
             Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
