@@ -49,8 +49,9 @@ def _aside(target: Path, suffix: str) -> Path:
             # (as `open` would make it: what the process's mask allows)
             os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         except FileExistsError:
-            if not target.parent.is_dir():
+            if target.parent.exists() and not target.parent.is_dir():
                 raise
+            # a name that is taken, or a folder that another process has taken away
             continue
         with suppress(FileNotFoundError):
             was = target.stat()

@@ -7,8 +7,9 @@ pyplot, on the user's own backend.  Settings of matplotlib hold while something 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import wraps
 from types import ModuleType
 from typing import Any
@@ -18,16 +19,19 @@ from numpy.typing import NDArray
 
 
 def _matplotlib() -> ModuleType:
-    """matplotlib; a backend that is named for a notebook, and not installed here, keeps it from no import."""
+    """matplotlib, with the user's backend if it knows it: one of a notebook that is not installed here would
+    else keep it from being imported at all."""
+    if "matplotlib" in sys.modules:
+        return sys.modules["matplotlib"]
+    named = os.environ.pop("MPLBACKEND", None)
     try:
         import matplotlib
-    except ValueError:
-        named = os.environ.pop("MPLBACKEND", None)
-        try:
-            import matplotlib
-        finally:
-            if named is not None:
-                os.environ["MPLBACKEND"] = named
+    finally:
+        if named is not None:
+            os.environ["MPLBACKEND"] = named
+    if named:
+        with suppress(ValueError, ImportError):
+            matplotlib.rcParams["backend"] = named
     return matplotlib
 
 
