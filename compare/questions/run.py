@@ -107,11 +107,10 @@ def main(
     choice = choose(stated, tolerance, quantity, motion=motion)
     progress = sweep.progress if sweep else Progress()
     (answer,) = (choice.run() for _ in progress("scene", [stated]))
-    curve = None
-    if answer.history is not None and motion:
-        if stated.stop is None:
-            answer = replace(answer, history=to_rest(stated, answer.history))
-        curve = curves_of(answer.history)
+    curve, history = None, answer.history
+    if history is not None and motion:
+        history = to_rest(stated, history) if stated.stop is None else history
+        answer, curve = replace(answer, history=history), curves_of(history)
     return Asked(str(scene), choice, answer, curve, frames)
 
 
