@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ribbonfem.growing import Growing
+from ribbonfem.growing import Growing, some_steps
 from ribbonfem.policy import require_duration
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
@@ -92,7 +92,8 @@ def _run(
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     clock[kernels.PHASE] = 0.0 if v is None else 1.0
-    rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
+    most = len(some_steps(np.empty(ROWS), len(q)))
+    rows, row_q, row_w = (np.empty((most, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
     still = np.zeros_like(q)
     motion = q.copy(), (still if v is None else v).copy(), still, still.copy()
     scratch = _scratch(tables, q, w, scheme.stages)
