@@ -14,7 +14,6 @@ import argparse
 import difflib
 import inspect
 import json
-import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
+from compare.face.terminal import complain, printing, show, terminal
 from compare.questions.registry import ORDER, Question, named, publish, summary
 
 OUT = Path("ribbonfem-report")
@@ -151,19 +151,19 @@ def _version() -> str:
 def _unknown(command: str) -> NoReturn:
     near = difflib.get_close_matches(command, (*ORDER, REPORT, SCENES), 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    print(f"ribbonfem: {command!r} is no command{hint} ribbonfem --help lists them", file=sys.stderr)
+    complain(f"ribbonfem: {command!r} is no command{hint} ribbonfem --help lists them")
     raise SystemExit(2)
 
 
 def _told(left_out: dict[str, str], prog: str) -> None:
     for file, reason in left_out.items():
-        print(f"{prog}: left out of the report: {file}: {reason}", file=sys.stderr)
+        complain(f"{prog}: left out of the report: {file}: {reason}")
 
 
 def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> int:
     """Compute, write, show."""
+    from compare.archive import finite
     from compare.face.report import PAGE, require_room
-    from compare.face.terminal import show
     from compare.sweep import Progress, Sweep
 
     out, prog = options["out"], f"ribbonfem {question.name}"
@@ -189,10 +189,11 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
         if not question.keep and sweep.store is not None:
             sweep.store.clear()
     _told(left_out, prog)
-    if options["json"]:
-        print(json.dumps(section.values, indent=1))
-    else:
-        show(section, out / PAGE)
+    with printing():
+        if options["json"]:
+            print(json.dumps(finite(section.values), indent=1, allow_nan=False))
+        else:
+            show(section, out / PAGE)
     return question.status(found)
 
 
@@ -229,10 +230,11 @@ def _report(arguments: Sequence[str]) -> int:
                 drawn.append(name)
     left_out = write_page(out, ORDER) | failed
     _told(left_out, f"ribbonfem {REPORT}")
-    if options.json:
-        print(json.dumps({"redrawn": drawn, "left_out": left_out}, indent=1))
-    else:
-        print(f"report: {out / PAGE}")
+    with printing():
+        if options.json:
+            print(json.dumps({"redrawn": drawn, "left_out": left_out}, indent=1))
+        else:
+            print(f"report: {out / PAGE}")
     return 0
 
 
@@ -251,20 +253,21 @@ def _scenes(arguments: Sequence[str]) -> int:
     given = [name.removesuffix(".toml").lower() for name in options.name]
     names = list(dict.fromkeys(given)) or (list(known) if options.out else [])
     written = dict(zip(names, write(names, options.out or Path()), strict=True))
-    if options.json:
-        rows = [
-            {"name": name, "title": known[name], "file": str(written[name]) if written else None}
-            for name in written or known
-        ]
-        print(json.dumps(rows, indent=1))
-    elif written:
-        for path in written.values():
-            print(f"written: {path}")
-        print(f"run it: ribbonfem run {path}")
-    else:
-        for name, title in known.items():
-            print(f"{name:<16} {title}")
-        print(f"write one: ribbonfem {SCENES} NAME; all of them: ribbonfem {SCENES} --out FOLDER")
+    with printing():
+        if options.json:
+            rows = [
+                {"name": name, "title": known[name], "file": str(written[name]) if written else None}
+                for name in written or known
+            ]
+            print(json.dumps(rows, indent=1))
+        elif written:
+            for path in written.values():
+                print(f"written: {path}")
+            print(f"run it: ribbonfem run {path}")
+        else:
+            for name, title in known.items():
+                print(f"{name:<16} {title}")
+            print(f"write one: ribbonfem {SCENES} NAME; all of them: ribbonfem {SCENES} --out FOLDER")
     return 0
 
 
@@ -283,41 +286,39 @@ def _question(command: str, arguments: Sequence[str]) -> int:
     return _ask(question, vars(parser.parse_args(arguments)), names)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run one command; returns the exit status."""
-    arguments = list(sys.argv[1:] if arguments is None else arguments)
-    for stream in (sys.stdout, sys.stderr):
-        # words and tables are UTF-8, whatever the locale says
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
-    if not arguments or arguments[0].startswith("-"):
-        _overview().parse_args(arguments or ["--help"])
-    command = arguments[0]
-    prog = f"ribbonfem {command}"
-    if command not in (*ORDER, REPORT, SCENES):
-        _unknown(command)
+def _run(command: str, arguments: Sequence[str]) -> int:
+    """Run a command whose name is known; an error is told in a line."""
     from compare.sweep import SweepError
     from ribbonfem.results import SolverError
 
-    # what looks like a slip is told in a line, without the place in the source that saw it
-    warnings.formatwarning = lambda message, *_, **__: f"{prog}: {message}\n"
+    prog = f"ribbonfem {command}"
     try:
         own = {REPORT: _report, SCENES: _scenes}
-        rest = arguments[1:]
-        status = own[command](rest) if command in own else _question(command, rest)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # nobody reads on; the interpreter must not try to flush what is left
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        print(f"{prog}: the output was closed before its end", file=sys.stderr)
-        return 1
+        return own[command](arguments) if command in own else _question(command, arguments)
     except KeyboardInterrupt:
-        print(f"{prog}: interrupted; what is finished is kept, the same command goes on", file=sys.stderr)
+        complain(f"{prog}: interrupted; what is finished is kept, the same command goes on")
         return 130
     except (ValueError, SolverError, SweepError, OSError, MemoryError) as error:
-        print(f"{prog}: {' '.join(str(error).split()) or type(error).__name__}", file=sys.stderr)
+        complain(f"{prog}: {' '.join(str(error).split()) or type(error).__name__}")
         return 1
-    return status
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; returns the exit status."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    with terminal():
+        if not arguments or arguments[0].startswith("-"):
+            _overview().parse_args(arguments or ["--help"])
+        command = arguments[0]
+        if command not in (*ORDER, REPORT, SCENES):
+            _unknown(command)
+        # what looks like a slip is told in a line, without the place in the source that saw it
+        before = warnings.formatwarning
+        warnings.formatwarning = lambda message, *_, **__: f"ribbonfem {command}: {message}\n"
+        try:
+            return _run(command, arguments[1:])
+        finally:
+            warnings.formatwarning = before
 
 
 if __name__ == "__main__":

@@ -8,12 +8,18 @@ come out of it.  The bytes depend on the result alone, so that equal results mak
 from __future__ import annotations
 
 import dataclasses
+import errno
 import io
 import json
 import math
 import os
+import secrets
+import shutil
+import stat
+import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,29 +32,85 @@ TREE = "result.json"
 _MARK = "!"
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
+# how often a file is written again whose folder has been taken away meanwhile
+_TRIES = 20
 
 
 class ArchiveError(ValueError):
     """A file that holds no result of this package, or a value that cannot be kept in one."""
 
 
-def write_whole(path: Path, content: bytes | str) -> None:
-    """Write a file whole or not at all, in UTF-8 whatever the locale.
+def _aside(target: Path, suffix: str) -> Path:
+    """A new empty file beside a target, of a name that no other process has, and of its mode."""
+    while True:
+        aside = target.with_name(f".{secrets.token_hex(8)}{suffix}")
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            # (as `open` would make it: what the process's mask allows)
+            os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except FileExistsError:
+            if target.parent.exists() and not target.parent.is_dir():
+                raise
+            # a name that is taken, or a folder that another process has taken away
+            continue
+        with suppress(FileNotFoundError):
+            was = target.stat()
+            os.chmod(aside, stat.S_IMODE(was.st_mode))
+            with suppress(OSError):
+                os.chown(aside, was.st_uid, was.st_gid)
+        return aside
+
+
+@contextmanager
+def whole(path: Path, suffix: str = "") -> Iterator[Path]:
+    """A file aside to write to, which takes the place of `path` at the end: whole, or not at all.
+
+    What a link leads to is written, and stays a link; a file keeps its mode; a device or a pipe is written
+    to, and stays what it is.
 
     Raises
     ------
     OSError
         If the disk is full or the folder cannot be written; the file is then as it was.
     """
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    special = target.exists() and not target.is_file()
+    aside = _aside(Path(tempfile.gettempdir()) / "x" if special else target, suffix)
     try:
-        aside.write_bytes(data)
-        os.replace(aside, path)
-    except BaseException:
+        yield aside
+        if special:
+            with aside.open("rb") as source, target.open("wb") as sink:
+                shutil.copyfileobj(source, sink)
+        else:
+            os.replace(aside, target)
+    finally:
         aside.unlink(missing_ok=True)
-        raise
+
+
+def write_whole(path: Path, content: bytes | str) -> None:
+    """Write a file whole or not at all, in UTF-8 whatever the locale; errors as of `whole`."""
+    # (names of files may hold bytes that are no letters)
+    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+    for tries in range(_TRIES, -1, -1):
+        try:
+            with whole(path) as aside:
+                aside.write_bytes(data)
+            return
+        except FileNotFoundError:
+            # another process may clear a folder that this one writes to
+            if not tries:
+                raise
+
+
+def finite(value: Any) -> Any:
+    """A tree for JSON, which knows no infinity and nothing that is no number: null stands for both."""
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _shown(value: object) -> str:
@@ -148,7 +210,8 @@ def to_bytes(value: Any) -> bytes:
     tree = json.dumps(encode(value, arrays), separators=(",", ":"), ensure_ascii=False)
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        archive.writestr(zipfile.ZipInfo(TREE, _EPOCH), tree.encode("utf-8"), zipfile.ZIP_DEFLATED)
+        content = tree.encode("utf-8", "surrogatepass")
+        archive.writestr(zipfile.ZipInfo(TREE, _EPOCH), content, zipfile.ZIP_DEFLATED)
         for number, array in enumerate(arrays):
             part = io.BytesIO()
             np.lib.format.write_array(part, np.ascontiguousarray(array), allow_pickle=False)

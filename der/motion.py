@@ -23,7 +23,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.growing import Growing
+from ribbonfem.growing import Growing, some_steps
 from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
@@ -288,7 +288,7 @@ class Loop:
         rows, *configurations = self.rows.reserve()
         x, m1 = configurations or self.none
         self.clock[kernels.ROW] = 0.0
-        return rows, x, m1
+        return some_steps(rows, self.rod.nodes), x, m1
 
     def go(self, ramp: kernels.Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""

@@ -7,6 +7,15 @@ import numpy as np
 from .policy import MOST_STEPS, half_of_memory
 from .results import Array
 
+# steps times nodes that compiled code goes on for at the most: an interrupt is seen between its calls, within
+# a second
+_AT_ONCE = 100_000
+
+
+def some_steps(rows: Array, nodes: int) -> Array:
+    """Of the room for rows what one call of compiled code may fill: it sees no interrupt meanwhile."""
+    return rows[: max(_AT_ONCE // nodes, 8)]
+
 
 class Growing:
     """Arrays with one row an instant, and the same number of rows in all.

@@ -70,6 +70,8 @@ def _motion(history: History, scene: Scene, fresh: bool) -> History:
         if name in kept:
             rows = kept[name] if fresh else kept[name].copy()
             kept[name] = _turned_over(rows, shift)
+    if "curvature" in kept:
+        kept["curvature"] = kept["curvature"][:, ::-1]
     arclength = 1.0 - history.arclength[::-1]
     slope = handed_over(-history.slope)
     return replace(history, slope=slope, configurations=kept, arclength=arclength, scene=scene)

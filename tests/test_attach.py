@@ -6,13 +6,13 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import compare
 import der
 from compare.diagrams.record import Diagram
-from compare.face.style import plt
 from compare.face.surface import area, of_rest
 from ribbonfem import Fold, Scene, elastica, kirchhoff
 

@@ -10,13 +10,16 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from compare.__main__ import main
 from compare.archive import load, save
 from compare.face import report
+from compare.face.scene_file import read_scene
 from compare.face.section import Drawing, Picture, Section, Table
 from compare.face.style import figure
+from compare.models import MODELS
 from compare.questions.registry import ORDER, Question, named, publish, summary
 from compare.sweep import progress
 
@@ -170,6 +173,30 @@ def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
     assert question.takes.split(",")[0] in " ".join(told.split())
     for option in ("--out", "--json", "--quiet"):
         assert option in told
+
+
+@pytest.mark.parametrize(
+    ("dL", "shear", "start", "rate"),
+    [(0.3, 0.0, "U+", 1.0), (0.4, 0.37, "U+S+", -1.0), (0.4, 0.37, "U-S-", -1.0), (0.4, 0.4, "U+S+", 0.3)],
+)
+def test_a_motion_without_a_stop_goes_on_to_rest_on_a_curve_that_is_shown(dL, shear, start, rate, tmp_path):
+    text = f'compression = {dL}\nshear = {shear}\nstart = "{start}"\nrate = {rate}\ndamping = 8.0\n'
+    path = tmp_path / "s.toml"
+    path.write_text(text, encoding="utf-8")
+    found = named("run").main(path, motion=True, tolerance=1e-2)
+    history, curve = found.answer.history, found.curve
+    folds = MODELS[history.model].folds(read_scene(path))
+    last = abs(float(history.angle[-1]))
+    past = last - max(abs(folds[-1].angle), abs(found.answer.value))
+    assert 0.05 < past < 0.2
+    assert history.energies["kinetic"][-1] < 1e-5 * history.energies["kinetic"].max()
+    # the state at the end lies on the curve behind the film
+    near = np.hypot(curve.angle - history.angle[-1], 10.0 * (curve.height - history.height[-1]))
+    k = int(np.nanargmin(np.where(curve.stable, near, np.nan)))
+    rows = [j for j in (k - 1, k, k + 1) if 0 <= j < len(near) and np.isfinite(near[j])]
+    order = sorted(rows, key=lambda j: curve.angle[j])
+    at = np.interp(history.angle[-1], curve.angle[order], curve.height[order])
+    assert at == pytest.approx(float(history.height[-1]), abs=3e-3)
 
 
 def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):

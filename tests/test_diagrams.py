@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.stats import qmc
@@ -20,7 +21,7 @@ from compare.diagrams import (
 from compare.diagrams.edges import Line, search
 from compare.diagrams.sheet import both
 from compare.sweep import Sweep
-from ribbonfem import Scene, SceneError, SolverError
+from ribbonfem import Ribbon, Scene, SceneError, SolverError
 from ribbonfem.delay import predict
 from ribbonfem.policy import PolicyError
 
@@ -239,7 +240,8 @@ def test_type_1_ends_where_energy_says():
     scene = Scene(compression=0.35, shear=0.40, start="U+S+", rate=0.03)
     rates, dampings = np.array([0.01, 0.1]), np.array([0.1, 30.0])
     base = runs.ground(scene, "der", {"nodes": 31})
-    curve = predictions.predictions(base, rates, dampings)
+    curve, missing = predictions.predictions(base, rates, dampings)
+    assert not missing
     at = math.exp(np.interp(math.log(0.03), *np.log(curve[predictions.TYPE_1]).T))
     assert runs.run_of(base, 0.03, at / 1.15).outcome == "type 1"
     assert runs.run_of(base, 0.03, at * 1.15).outcome == "no skip"
@@ -256,7 +258,7 @@ def test_the_delays_of_a_diagram_are_the_delay():
 def test_type_2_begins_where_the_delay_reaches_the_second_fold():
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
     base = runs.ground(scene, "der", {"nodes": 31})
-    curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[predictions.TYPE_2]
+    curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[0][predictions.TYPE_2]
     form = der.normal_forms(scene, nodes=31)[0]
     window = base.folds[1].angle - base.folds[0].angle
     assert len(curve) > 10
@@ -316,3 +318,28 @@ def test_elements_draw_what_rods_draw(diagram):
 
 def test_models_side_by_side(diagram):
     assert not both({"one": diagram, "two": diagram}).any()
+
+
+@pytest.mark.parametrize(
+    ("ribbon", "lines"),
+    [
+        (Ribbon(), {predictions.TYPE_1, predictions.TYPE_2}),
+        # its own time is a fiftieth of the default's: rates of that many rad/s
+        (Ribbon(length=0.18, width=0.012, thickness=2e-4, young=200e9, density=7850.0, poisson=0.3), set()),
+    ],
+)
+def test_a_line_that_is_not_there_is_told_and_a_mark_that_is_has_its_word(ribbon, lines):
+    grid = {"rates": (0.01, 1.0, 2), "dampings": (0.1, 30.0, 2)}
+    made = skipping_diagram(0.40, 0.40, **grid, ribbon=ribbon, nodes=21, samples=2, sweep=Sweep(processes=1))
+    assert {name for name, curve in made.predicted.items() if len(curve)} == lines
+    assert set(made.unpredicted) == {predictions.TYPE_1, predictions.TYPE_2} - lines
+    assert repr(made).count("no line of") == 2 - len(lines)
+    axes = made.plot()
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    drawn = {line.get_marker() for line in axes.lines if line.get_marker() not in ("None", "")}
+    told = {
+        handle.get_marker() for handle in axes.get_legend().legend_handles if hasattr(handle, "get_marker")
+    }
+    assert drawn <= told
+    assert sum("not within these axes" in word for word in words) == 2 - len(lines)
+    plt.close("all")

@@ -21,12 +21,12 @@ from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from compare.__main__ import main
 from compare.face.scene_file import read_scene
-from compare.face.style import plt
 from compare.questions.registry import ORDER, named
 from ribbonfem import Fold
 

@@ -4,6 +4,7 @@ import inspect
 from importlib import import_module
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -17,7 +18,6 @@ from compare.examples import (
     two_witnesses,
     which_mesh,
 )
-from compare.face.style import plt
 
 FOLDER = Path(compare.examples.__file__).parent
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__")

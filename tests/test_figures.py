@@ -6,6 +6,7 @@ import json
 import math
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -14,7 +15,6 @@ from compare.archive import from_bytes, to_bytes
 from compare.diagrams import selection_diagram, sheet, skipping_diagram
 from compare.diagrams.asked import Diagrams
 from compare.face.curve import Curve
-from compare.face.style import plt
 from compare.paper.cases import settle
 from compare.paper.delays import Cell, Delays, rates_for
 from compare.paper.named import CASES

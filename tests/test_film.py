@@ -6,6 +6,7 @@ from functools import cache
 from itertools import pairwise
 from xml.etree import ElementTree
 
+import matplotlib.pyplot as plt
 import meshio
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from PIL import Image
 
 import der
 from compare.face.film import film, stills
-from compare.face.style import plt
 from compare.face.surface import area, of_branch, of_motion
 from compare.face.vtu import frames
 from ribbonfem import Scene, kirchhoff

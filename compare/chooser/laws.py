@@ -258,7 +258,7 @@ class Laws:
 @lru_cache(maxsize=1)
 def shipped() -> Laws:
     """The laws that come with the package."""
-    return Laws(json.loads(resources.files("compare.chooser").joinpath(FILE).read_text()))
+    return Laws(json.loads(resources.files("compare.chooser").joinpath(FILE).read_text(encoding="utf-8")))
 
 
 def rounded(values: Array, digits: int) -> Any:

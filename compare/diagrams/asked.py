@@ -97,6 +97,11 @@ def words(found: Diagrams) -> list[str]:
         "percent turns by whole periods. A published diagram with one run a cell shows one draw of these, "
         "and an integrator with damping of its own loads the dice.",
     ]
+    text += [
+        f"{show.label(diagram)}: no line of {name} ({why})."
+        for diagram in found.diagrams
+        for name, why in diagram.unpredicted.items()
+    ]
     for one, two in found.pairs():
         apart = both({"one": one, "two": two})
         text.append(

@@ -6,7 +6,7 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,7 @@ class Diagram(Value):
     folds: alpha_c1 and alpha_c2, rad.
     predicted: curves that need no simulation, by name: (k, 2) rates and dampings.
     scene, model, policy, seed: what it was made from.
+    unpredicted: of these curves those that are not there, by name: why.
     """
 
     kind: str
@@ -70,6 +71,7 @@ class Diagram(Value):
     model: str
     policy: Mapping[str, Any]
     seed: int
+    unpredicted: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         counts = Counter(str(name) or "no run ended" for name in self.outcome.ravel())
@@ -80,7 +82,9 @@ class Diagram(Value):
         return (
             f"Diagram({self.kind} at {where}{stop}, {self.model}, "
             f"{len(self.dampings)} x {len(self.rates)} cells of {int(self.runs.sum())} runs;\n"
-            f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed)"
+            f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed"
+            + "".join(f";\n  no line of {name}: {why}" for name, why in self.unpredicted.items())
+            + ")"
         )
 
     @property

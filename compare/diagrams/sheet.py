@@ -134,6 +134,7 @@ def _diagram(
             doubt[j, i] = half_interval(max(counts), total)
             outcome[j, i] = name_of_cell(cell, len(cell) >= samples)
     every = tuple(sample for row in cells for cell in row for sample in cell)
+    curves, missing = predictions(base, x, y) if scene.stop is None else ({}, {})
     return Diagram(
         kind="skipping" if scene.stop is None else "selection",
         rates=x,
@@ -147,7 +148,8 @@ def _diagram(
         boundaries=_boundaries(base, x, y, outcome, sweep) if boundaries else (),
         samples=every,
         folds=(base.folds[0].angle, base.folds[1].angle),
-        predicted=predictions(base, x, y) if scene.stop is None else {},
+        predicted=curves,
+        unpredicted=missing,
         scene=scene,
         model=model,
         policy=dict(policy),

@@ -11,7 +11,7 @@ import numpy as np
 
 from compare.face.frames import library
 from compare.face.section import Table
-from compare.face.style import figure
+from compare.face.style import drawn, figure
 from ribbonfem.values import html_table
 
 from .predictions import TYPE_1, TYPE_2
@@ -72,6 +72,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "boundaries": [asdict(boundary) for boundary in diagram.boundaries],
         "folds": list(diagram.folds),
         "predicted": {name: np.asarray(curve).tolist() for name, curve in diagram.predicted.items()},
+        "unpredicted": dict(diagram.unpredicted),
     }
 
 
@@ -214,11 +215,41 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
     axes.set_title(label(diagram), fontsize=8.5)
 
 
-def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) -> Any:
-    """All diagrams, a panel each."""
+def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
+    """What a legend explains: every colour, mark and line that is drawn, and none that is not."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
+    there = [
+        n
+        for n in diagrams[0].outcomes
+        if any(np.nansum(d.shares[..., d.outcomes.index(n)]) > 0 for d in diagrams)
+    ]
+    handles: list[Any] = [Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there]
+    if any(d.undetermined.any() for d in diagrams):
+        handles.append(Line2D([], [], marker="o", ls="", ms=4, mfc="white", mec="black", label="mixed cell"))
+    if any(d.boundaries for d in diagrams):
+        handles.append(Line2D([], [], marker=".", ls="", color="black", label="change, to 1 %"))
+    if any(b.band for d in diagrams for b in d.boundaries):
+        handles.append(Line2D([], [], color="black", lw=2.6, alpha=0.45, label="band of both"))
+    if any(d.failed for d in diagrams):
+        handles.append(Line2D([], [], marker="x", ls="", ms=4, color="red", label="run that failed"))
+    for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
+        line = DASHES.get(name, "--")
+        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
+    for name in sorted({name for d in diagrams for name in d.unpredicted}):
+        if not any(len(d.predicted.get(name, ())) for d in diagrams):
+            label = f"{SHORT.get(name, name)}: {diagrams[0].unpredicted.get(name, 'not there')[:40]}"
+            handles.append(Line2D([], [], ls="", label=label))
+    if paper:
+        handles.append(
+            Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
+        )
+    return handles
+
+
+def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) -> Any:
+    """All diagrams, a panel each."""
     columns = min(3, len(diagrams))
     rows = -(-len(diagrams) // columns)
     fig, grid = figure(columns, rows, width=3.7, height=3.3)
@@ -228,24 +259,7 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
         axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
     for axes in panels[len(diagrams) :]:
         axes.set_visible(False)
-    there = [
-        n
-        for n in diagrams[0].outcomes
-        if any(np.nansum(d.shares[..., d.outcomes.index(n)]) > 0 for d in diagrams)
-    ]
-    handles: list[Any] = [Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there]
-    handles += [
-        Line2D([], [], marker="o", ls="", ms=4, mfc="white", mec="black", label="mixed cell"),
-        Line2D([], [], marker=".", ls="", color="black", label="change, to 1 %"),
-        Line2D([], [], color="black", lw=2.6, alpha=0.45, label="band of both"),
-    ]
-    for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
-        line = DASHES.get(name, "--")
-        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
-    if any(named.get(d.scene.compression) for d in diagrams):
-        handles.append(
-            Line2D([], [], marker="*", ls="", ms=9, mfc="white", mec="black", label="paper's runs")
-        )
+    handles = _handles(diagrams, any(named.get(d.scene.compression) for d in diagrams))
     fig.legend(
         handles=handles,
         loc="outside lower center",
@@ -282,26 +296,22 @@ def doubtful(paper: Diagram, ours: Diagram) -> Any:
     return found
 
 
+@drawn()
 def plot(diagram: Diagram, axes: Any = None) -> Any:
     """A diagram over rate (rad/s) and damping (1/s), colours mixed by the shares of outcomes.
 
     Parameters
     ----------
     diagram: what ramps do.
-    axes: of matplotlib; new ones by default.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
 
     Returns
     -------
     The axes.
     """
-    from matplotlib.patches import Patch
-
-    if axes is None:
-        axes = figure(1)[1]
     draw_panel(axes, diagram)
     axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
-    there = [name for k, name in enumerate(diagram.outcomes) if np.nansum(diagram.shares[..., k]) > 0.0]
-    axes.legend(handles=[Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there], fontsize=7)
+    axes.legend(handles=_handles([diagram]), fontsize=7)
     return axes
 
 

@@ -77,7 +77,9 @@ class _OnceLoaded(MetaPathFinder):
 
         def run_and_attach(module: ModuleType) -> None:
             run(module)
-            _attach(module)
+            # (a zip has one loader for many modules)
+            if module.__name__ == fullname:
+                _attach(module)
 
         spec.loader.exec_module = run_and_attach  # type: ignore[method-assign]
         return spec

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ from ribbonfem.results import Array, Branch
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve of equilibria in a figure.
+    """A curve of equilibria in a figure, or several: then rows that are no numbers stand between them.
 
     Attributes
     ----------
@@ -31,3 +33,19 @@ class Curve:
         """What of a branch is drawn."""
         folds = tuple((fold.angle, fold.height) for fold in branch.folds)
         return cls(branch.angle, branch.height, branch.stable, folds)
+
+    def mirrored(self) -> Curve:
+        """The image under z -> -z, at the angles -alpha."""
+        return Curve(-self.angle, -self.height, self.stable, tuple((-a, -z) for a, z in self.folds))
+
+    @classmethod
+    def joined(cls, curves: Sequence[Curve]) -> Curve:
+        """Several curves as one."""
+        gap, none = np.array([np.nan]), np.array([False])
+
+        def rows(name: str, between: NDArray[Any]) -> NDArray[Any]:
+            parts = [part for curve in curves for part in (between, getattr(curve, name))]
+            return np.concatenate(parts[1:])
+
+        folds = tuple(fold for curve in curves for fold in curve.folds)
+        return cls(rows("angle", gap), rows("height", gap), rows("stable", none), folds)

@@ -8,20 +8,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
+from compare.archive import whole
 from ribbonfem import Branch, History
 
 from .curve import Curve
-from .style import draw_curve, plt
+from .stage import fit
+from .style import blank, draw_curve, in_style
 from .surface import Strip, of_motion, of_result, state_name
 
 _FACE, _BACK, _LINE = "#3d7ea6", "#e8a87c", "#1b3a4b"
 _SECONDS = 0.05
 
 
-def _as_placed() -> PlaceHolderLayoutEngine:
+def _as_placed() -> Any:
     """Axes stay where they are put; `layout="none"` is forgotten by matplotlib with the first frame saved."""
+    from matplotlib.layout_engine import PlaceHolderLayoutEngine
+
     return PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=False)
 
 
@@ -31,11 +34,11 @@ class _Stage:
     def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
         self.moves = isinstance(history, History)
-        self.figure = plt.figure(figsize=(9.0, 4.5), dpi=100, layout=_as_placed())
+        self.figure = blank(9.0, 4.5, dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
         self.above = self.figure.add_axes((0.09, 0.12, 0.40, 0.24))
         self.plot = self.figure.add_axes((0.66, 0.13, 0.32, 0.76))
-        self._perspective()
+        fit(self.view, strip.edges.reshape(-1, 3))
         self._from_above()
         if curve is not None:
             draw_curve(self.plot, curve.angle, curve.height, curve.stable, "0.65", width=1.0)
@@ -49,20 +52,9 @@ class _Stage:
         self.title = self.plot.set_title("", fontsize=10)
         self.moving: list[Any] = []
 
-    def _limits(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        points = self.strip.edges.reshape(-1, 3)
-        return points.min(axis=0), points.max(axis=0)
-
-    def _perspective(self) -> None:
-        low, high = self._limits()
-        self.view.set_box_aspect(np.maximum(high - low, 0.15), zoom=1.5)
-        self.view.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        # about perpendicular to the span
-        self.view.view_init(elev=18.0, azim=-75.0)
-        self.view.set_axis_off()
-
     def _from_above(self) -> None:
-        low, high = self._limits()
+        points = self.strip.edges.reshape(-1, 3)
+        low, high = points.min(axis=0), points.max(axis=0)
         self.above.set(
             xlim=(low[0] - 0.03, high[0] + 0.03), ylim=(low[1] - 0.03, high[1] + 0.03), aspect="equal"
         )
@@ -70,7 +62,8 @@ class _Stage:
 
     def _clamps(self, edges: Any) -> list[Any]:
         return [
-            self.view.plot(*edges[:, end].T, color=_LINE, lw=4.0, solid_capstyle="butt")[0] for end in (0, -1)
+            self.view.plot(*edges[:, end].T, color=_LINE, lw=4.0, solid_capstyle="butt", clip_on=False)[0]
+            for end in (0, -1)
         ]
 
     def show(self, frame: int) -> None:
@@ -83,7 +76,7 @@ class _Stage:
         up = self.strip.normal[frame, :, 2] > 0.0
         colours = np.where(up[None, :], _FACE, _BACK)
         surface = self.view.plot_surface(
-            x, y, z, facecolors=colours, rstride=1, cstride=4, lw=0, antialiased=False
+            x, y, z, facecolors=colours, rstride=1, cstride=4, lw=0, antialiased=False, clip_on=False
         )
         outline = np.concatenate((edges[0], edges[1, ::-1]))
         (patch,) = self.above.fill(outline[:, 0], outline[:, 1], color=_FACE, alpha=0.75, lw=0)
@@ -136,18 +129,13 @@ def film(
     """
     where = Path(path)
     writer = _writer(where)
-    stage = _Stage(of_result(history, frames, until), curve, history)
-    where.parent.mkdir(parents=True, exist_ok=True)
-    aside = where.with_name(f".{where.stem}.part{where.suffix}")
-    try:
+    strip = of_result(history, frames, until)
+    with in_style(), whole(where, where.suffix) as aside:
+        stage = _Stage(strip, curve, history)
         with writer.saving(stage.figure, str(aside), dpi=100):
-            for frame in progress(range(len(stage.strip.time))):
+            for frame in progress(range(len(strip.time))):
                 stage.show(frame)
                 writer.grab_frame()
-        aside.replace(where)
-    finally:
-        aside.unlink(missing_ok=True)
-        plt.close(stage.figure)
     return where
 
 
@@ -155,34 +143,26 @@ def stills(history: History, instants: Any, titles: Any = ()) -> Any:
     """The ribbon at some instants (s), side by side in perspective, as the paper's Fig. 2 shows shapes."""
     instants = np.atleast_1d(np.asarray(instants, dtype=float))
     columns = len(instants)
-    fig = plt.figure(figsize=(2.9 * columns, 2.6), layout=_as_placed())
-    lows, highs = [], []
-    strips = []
-    for instant in instants:
-        strip = of_motion(history, 2, until=float(instant))
-        strips.append(strip)
-        points = strip.edges[-1].reshape(-1, 3)
-        lows.append(points.min(axis=0))
-        highs.append(points.max(axis=0))
-    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    for k, strip in enumerate(strips):
-        axes = fig.add_subplot(1, columns, k + 1, projection="3d")
-        x, y, z = np.moveaxis(strip.edges[-1], -1, 0)
-        up = strip.normal[-1, :, 2] > 0.0
-        axes.plot_surface(
-            x,
-            y,
-            z,
-            facecolors=np.where(up[None, :], _FACE, _BACK),
-            rstride=1,
-            cstride=2,
-            lw=0,
-            antialiased=False,
-        )
-        axes.set_box_aspect(np.maximum(high - low, 0.15), zoom=1.4)
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        axes.view_init(elev=18.0, azim=-75.0)
-        axes.set_axis_off()
-        name = titles[k] if k < len(titles) else state_name(float(strip.height[-1]), float(strip.slope[-1]))
-        axes.set_title(name, fontsize=9)
+    strips = [of_motion(history, 2, until=float(instant)) for instant in instants]
+    points = np.concatenate([strip.edges[-1].reshape(-1, 3) for strip in strips])
+    with in_style():
+        fig = blank(2.9 * columns, 2.6, layout=_as_placed())
+        for k, strip in enumerate(strips):
+            axes = fig.add_subplot(1, columns, k + 1, projection="3d")
+            fit(axes, points)
+            x, y, z = np.moveaxis(strip.edges[-1], -1, 0)
+            up = strip.normal[-1, :, 2] > 0.0
+            axes.plot_surface(
+                x,
+                y,
+                z,
+                facecolors=np.where(up[None, :], _FACE, _BACK),
+                rstride=1,
+                cstride=2,
+                lw=0,
+                antialiased=False,
+                clip_on=False,
+            )
+            level = state_name(float(strip.height[-1]), float(strip.slope[-1]))
+            axes.set_title(titles[k] if k < len(titles) else level, fontsize=9)
     return fig

@@ -25,6 +25,7 @@ _COLUMNS = {
     "work": ("work of the clamp", "EI2/L"),
     "positions": ("positions of the nodes", "L"),
     "normals": ("unit vectors m1 normal to the surface", "1"),
+    "curvature": ("curvature about the width", "1/L"),
     "s": ("arclength of the nodes", "L"),
 }
 _STATES = ("angle", "height", "slope", "load")

@@ -11,12 +11,9 @@ from ribbonfem.results import RestState
 from ribbonfem.values import html_table, some_rows
 
 from .curve import Curve
-from .style import draw_curve, figure
+from .stage import box
+from .style import draw_curve, drawn
 from .surface import of_rest
-
-
-def _axes(axes: Any) -> Any:
-    return figure(1)[1] if axes is None else axes
 
 
 def _heights(axes: Any) -> Any:
@@ -24,13 +21,14 @@ def _heights(axes: Any) -> Any:
     return axes
 
 
+@drawn()
 def motion(history: History, axes: Any = None, *, curve: Branch | Curve | None = None, **line: Any) -> Any:
     """z(1/2)/L of a motion against alpha (rad).
 
     Parameters
     ----------
     history: the motion.
-    axes: of matplotlib; new ones by default.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
     curve: of equilibria, drawn behind it in grey.
     line: what `Axes.plot` takes.
 
@@ -38,33 +36,38 @@ def motion(history: History, axes: Any = None, *, curve: Branch | Curve | None =
     -------
     The axes; `axes.figure` is the figure.
     """
-    axes = _axes(axes)
     if curve is not None:
         draw_curve(axes, curve.angle, curve.height, curve.stable, "0.65", width=1.0)
     axes.plot(history.angle, history.height, **line)
     return _heights(axes)
 
 
-def branch(branch: Branch, axes: Any = None, *, colour: Any = "C0", label: str = "") -> Any:
+@drawn()
+def branch(
+    branch: Branch, axes: Any = None, *, color: Any = None, label: str = "", colour: Any = None
+) -> Any:
     """z(1/2)/L of a curve of equilibria against alpha (rad): stable solid, unstable dashed, folds dots.
 
     Parameters
     ----------
     branch: the curve.
-    axes: of matplotlib; new ones by default.
-    colour, label: of the curve.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
+    color, label: of the curve; "C0" and none by default. (`colour` is the same, and its old name.)
 
     Returns
     -------
     The axes.
     """
-    axes = _axes(axes)
-    draw_curve(axes, branch.angle, branch.height, branch.stable, colour, label)
+    if color is not None and colour is not None:
+        raise TypeError("color and colour are the same: give one of them")
+    color = "C0" if color is None and colour is None else colour if color is None else color
+    draw_curve(axes, branch.angle, branch.height, branch.stable, color, label)
     if branch.folds:
-        axes.plot(*zip(*Curve.of(branch).folds, strict=True), "o", color=colour, ms=4)
+        axes.plot(*zip(*Curve.of(branch).folds, strict=True), "o", color=color, ms=4)
     return _heights(axes)
 
 
+@drawn("3d")
 def rest(state: RestState, axes: Any = None) -> Any:
     """The ribbon at rest in perspective, a surface of its true width, lengths in L.
 
@@ -82,17 +85,15 @@ def rest(state: RestState, axes: Any = None) -> Any:
     ValueError
         For axes of two dimensions.
     """
-    if axes is None:
-        from .style import plt
-
-        axes = plt.figure(figsize=(4.4, 3.6)).add_subplot(projection="3d")
     if not hasattr(axes, "plot_surface"):
         raise ValueError("axes: a ribbon needs axes of three dimensions, projection='3d'")
     edges = of_rest(state).edges[0]
+    points = edges.reshape(-1, 3)
+    if axes.has_data():
+        # of several states in the same axes none is cut
+        points = np.concatenate((points, np.reshape(axes.get_w_lims(), (3, 2)).T))
     axes.plot_surface(*np.moveaxis(edges, -1, 0), rstride=1, cstride=2, lw=0, color="#3d7ea6")
-    low, high = edges.reshape(-1, 3).min(axis=0), edges.reshape(-1, 3).max(axis=0)
-    axes.set_box_aspect(np.maximum(high - low, 0.15))
-    axes.view_init(elev=18.0, azim=-75.0)
+    box(axes, points)
     axes.set(xlabel="$x/L$", ylabel="$y/L$", zlabel="$z/L$", title=f"{state.name}, index {state.index}")
     return axes
 
@@ -103,6 +104,7 @@ def rest_table(state: RestState) -> str:
     return html_table(repr(state), ("s/L", "x/L", "y/L", "z/L"), rows)
 
 
+@drawn()
 def convergence(found: Any, axes: Any = None, **line: Any) -> Any:
     """Errors of a `Convergence` over the size refined, both logarithmic, and the order declared as a slope.
 
@@ -110,14 +112,13 @@ def convergence(found: Any, axes: Any = None, **line: Any) -> Any:
     ----------
     found: the runs; their sizes are edge lengths in L, steps in s or tolerances in L, and errors are
         of the quantity (angles in rad).
-    axes: of matplotlib; new ones by default.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
     line: what `Axes.loglog` takes.
 
     Returns
     -------
     The axes.
     """
-    axes = _axes(axes)
     sizes, errors = np.array(found.sizes), np.array(found.errors)
     shown = errors > 0.0
     order = f", order {found.order:.2f}" if np.isfinite(found.order) else ""

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import shutil
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-from compare.archive import save, write_whole
+from compare.archive import finite, save, write_whole
 
 from .html import page
 from .section import Drawing, Picture, Section, Table
@@ -28,8 +30,9 @@ _ROOM = 20_000_000
 def require_room(folder: Path) -> None:
     """Raise an `OSError` if a report cannot be written to this folder: before anything is computed for it."""
     try:
-        write_whole(folder / ".room", b"")
-        (folder / ".room").unlink()
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(prefix=".", dir=folder):
+            pass
     except OSError as error:
         raise type(error)(f"--out {folder}: the report cannot be written there: {error.strerror}") from None
     free = shutil.disk_usage(folder).free
@@ -85,9 +88,17 @@ def write_page(folder: Path, order: Sequence[str]) -> dict[str, str]:
     return left_out
 
 
-def _draw(drawing: Drawing, folder: Path) -> Picture:
-    from .style import plt
+def _as_json(section: Section) -> str:
+    """A section as JSON; infinite numbers of a table are words in it."""
 
+    def word(value: Any) -> Any:
+        return str(value) if isinstance(value, float) and math.isinf(value) else value
+
+    tables = [replace(table, rows=[[*map(word, row)] for row in table.rows]) for table in section.tables]
+    return json.dumps(finite(asdict(replace(section, tables=tables))), indent=1, allow_nan=False)
+
+
+def _draw(drawing: Drawing, folder: Path) -> Picture:
     path = folder / drawing.file
     # a PDF says when it was made, and equal results make equal files
     kinds = {"png": None, "pdf": {"CreationDate": None}} if drawing.vector else {"png": None}
@@ -95,7 +106,6 @@ def _draw(drawing: Drawing, folder: Path) -> Picture:
         stream = io.BytesIO()
         drawing.figure.savefig(stream, format=kind, metadata=said)
         write_whole(path.with_suffix(f".{kind}"), stream.getvalue())
-    plt.close(drawing.figure)
     return Picture(drawing.file, drawing.caption)
 
 
@@ -104,7 +114,7 @@ def add_pictures(
 ) -> tuple[Section, dict[str, str]]:
     """Show more pictures in a section that lies in the folder: films, that are made last."""
     section = replace(section, pictures=(*section.pictures, *more))
-    write_whole(folder / f"{section.name}.json", json.dumps(asdict(section), indent=1))
+    write_whole(folder / f"{section.name}.json", _as_json(section))
     return section, write_page(folder, order)
 
 
@@ -125,11 +135,14 @@ def write_section(
     The section with its pictures, and what was left out of the page, by file.
     """
     kept = folder / f"{section.name}.json"
-    write_whole(kept, json.dumps(asdict(section), indent=1))
+    write_whole(kept, _as_json(section))
     if found is not None:
         save(found, folder / f"{section.name}.found")
-    pictures = tuple(_draw(drawing, folder) for drawing in drawings)
+    from .style import in_style
+
+    with in_style():
+        pictures = tuple(_draw(drawing, folder) for drawing in drawings)
     if pictures:
         section = replace(section, pictures=pictures)
-        write_whole(kept, json.dumps(asdict(section), indent=1))
+        write_whole(kept, _as_json(section))
     return section, write_page(folder, order)

@@ -75,7 +75,7 @@ def read_scene(path: Path | str) -> Scene:
     except TypeError:
         raise SceneError(f"{shown(path)}: the path of a scene file is needed") from None
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise FileNotFoundError(
             f"{path}: there is no such scene file (ribbonfem scenes writes some to start from)"

@@ -1,20 +1,42 @@
-"""Drawing habits shared by all figures: no display, one look, stable solid and unstable dashed."""
+"""Drawing habits shared by all figures: one look, stable solid and unstable dashed.
+
+Reports are drawn on figures that no window and no backend knows of; what a user plots is a figure of
+pyplot, on the user's own backend.  Settings of matplotlib hold while something is drawn, and no longer.
+"""
 
 from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
+from functools import wraps
+from types import ModuleType
 from typing import Any
 
-import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-# a notebook has a backend of its own, and says so; else no display is needed
-if not (os.environ.get("MPLBACKEND") or "matplotlib.pyplot" in sys.modules):
-    matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # the backend has to be chosen before pyplot is imported
+
+def _matplotlib() -> ModuleType:
+    """matplotlib, with the user's backend if it knows it: one of a notebook that is not installed here would
+    else keep it from being imported at all."""
+    if "matplotlib" in sys.modules:
+        return sys.modules["matplotlib"]
+    named = os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib
+    finally:
+        if named is not None:
+            os.environ["MPLBACKEND"] = named
+    if named:
+        with suppress(ValueError, ImportError):
+            matplotlib.rcParams["backend"] = named
+    return matplotlib
+
+
+matplotlib = _matplotlib()
+colormaps = matplotlib.colormaps
 
 STYLE = {
     "font.size": 9,
@@ -27,18 +49,53 @@ STYLE = {
 }
 
 
+def in_style() -> AbstractContextManager[None]:
+    """A context in which all that is drawn and saved has one look."""
+    context: AbstractContextManager[None] = matplotlib.rc_context(STYLE)
+    return context
+
+
+def blank(width: float, height: float, **settings: Any) -> Any:
+    """A figure of a size in inches that is drawn on a file alone: it needs no display and no backend."""
+    from matplotlib.figure import Figure
+
+    with in_style():
+        return Figure(figsize=(width, height), **settings)
+
+
 def figure(columns: int, rows: int = 1, width: float = 4.4, height: float = 3.6) -> tuple[Any, Any]:
     """A new figure with a grid of axes, (rows, columns) squeezed to one dimension where it can be."""
-    plt.rcParams.update(STYLE)
-    return plt.subplots(rows, columns, figsize=(width * columns, height * rows))
+    fig = blank(width * columns, height * rows)
+    with in_style():
+        return fig, fig.subplots(rows, columns)
 
 
-def save(fig: Any, path: Path) -> str:
-    """Write a figure as PNG and close it; returns the file's name."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fig.savefig(path)
-    plt.close(fig)
-    return path.name
+def _new_axes(projection: str | None) -> Any:
+    """Axes of a figure on the user's backend; where that is not to be had, of one that can be saved."""
+    size = (4.4, 3.6)
+    try:
+        import matplotlib.pyplot as plt
+
+        fig = plt.figure(figsize=size)
+    except (ImportError, ValueError):
+        fig = blank(*size)
+    return fig.add_subplot(projection=projection)
+
+
+def drawn(projection: str | None = None) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A function of a result, axes and options, given new axes of this look where `axes` is None."""
+
+    def of(function: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(function)
+        def plot(result: Any, axes: Any = None, **options: Any) -> Any:
+            if axes is not None:
+                return function(result, axes, **options)
+            with in_style():
+                return function(result, _new_axes(projection), **options)
+
+        return plot
+
+    return of
 
 
 def draw_curve(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +10,13 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from ribbonfem import Branch, History, Scene
+from ribbonfem.crossings import kinks_of
 from ribbonfem.results import Array, RestState
 
 # points along a strip at the least
 _POINTS = 161
+# rows on each side of one that its velocity is read off
+_BESIDE = 3
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,9 @@ class Strip:
     centre: (frames, nodes, 3) in L.
     width: (frames, nodes, 3) unit vectors m2 along the width.
     normal: (frames, nodes, 3) unit vectors m1.
+    kappa1, kappa2, tau: (frames, nodes) curvatures about m1 and m2, and twist, in 1/L.
     scene: what it is of; its width over L is `half` times two.
+    velocity: (frames, nodes, 3) L/s of the centreline; None of states at rest.
     """
 
     s: Array
@@ -38,7 +44,11 @@ class Strip:
     centre: Array
     width: Array
     normal: Array
+    kappa1: Array
+    kappa2: Array
+    tau: Array
     scene: Scene
+    velocity: Array | None = None
 
     @property
     def half(self) -> float:
@@ -64,33 +74,77 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
-def _frames(s: Array, centre: Array, normals: Array | None) -> tuple[Array, Array]:
-    """m1 and m2 (rows, nodes, 3); `normals` at the nodes, or of a planar beam None."""
-    tangent = _unit(np.gradient(centre, s, axis=1, edge_order=2))
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray((a * b).sum(axis=-1))
+
+
+def _spline(s: Array, rows: Array) -> Any:
+    """The smooth curve through rows (..., nodes, 3): elements have few nodes, rods end beyond the clamps."""
+    return make_interp_spline(s, rows, k=min(5, len(s) - 1 - (len(s) % 2)), axis=1)
+
+
+def _strip(
+    s: Array,
+    positions: Array,
+    normals: Array | None,
+    velocity: Array | None = None,
+    curvature: Array | None = None,
+    **columns: Any,
+) -> Strip:
+    """A strip of positions (rows, nodes, 3), and normals at the nodes or between them, None of planar beams.
+
+    Curvatures and twist are the model's own where it hands them out (`curvature` of planar beams, of few
+    nodes), else those of the curves through the nodes: their derivatives, and no differences of what is
+    drawn, which at a clamp would be off by half.
+    """
+    grid = np.linspace(0.0, 1.0, max(_POINTS, len(s)))
+    curve = _spline(s, positions)
+    centre, along, turn = (np.asarray(curve(grid, order)) for order in range(3))
+    stretch = np.linalg.norm(along, axis=-1)
+    tangent = along / stretch[..., None]
+    turn = (turn - _dot(turn, tangent)[..., None] * tangent) / stretch[..., None] ** 2
     if normals is None:
         # a planar beam bends about its width, which is y
         m2 = np.zeros_like(centre)
         m2[..., 1] = -1.0
-        return _unit(np.cross(m2, tangent)), m2
-    m1 = _unit(normals - (normals * tangent).sum(axis=-1, keepdims=True) * tangent)
-    return m1, np.cross(tangent, m1)
-
-
-def _smooth(s: Array, rows: Array) -> tuple[Array, Array]:
-    """Rows (..., nodes, 3) on a fine grid between the clamps: elements have few nodes, rods end beyond."""
-    grid = np.linspace(0.0, 1.0, max(_POINTS, len(s)))
-    spline = make_interp_spline(s, rows, k=min(5, len(s) - 1 - (len(s) % 2)), axis=1)
-    return grid, np.asarray(spline(grid))
-
-
-def _strip(s: Array, positions: Array, normals: Array | None, **columns: Any) -> Strip:
-    """A strip of positions (rows, nodes, 3), and normals at the nodes or between them."""
-    grid, centre = _smooth(s, positions)
-    if normals is not None:
+        m1, tau = _unit(np.cross(m2, tangent)), np.zeros_like(stretch)
+    else:
         at = s if normals.shape[1] == len(s) else 0.5 * (s[1:] + s[:-1])
-        normals = _smooth(at, normals)[1]
-    m1, m2 = _frames(grid, centre, normals)
-    return Strip(s=grid, centre=centre, width=m2, normal=m1, **columns)
+        across = _spline(at, normals)
+        m1, rolling = np.asarray(across(grid)), np.asarray(across(grid, 1))
+        lean = _dot(m1, tangent)
+        m1 = m1 - lean[..., None] * tangent
+        length = np.linalg.norm(m1, axis=-1)
+        m1 /= length[..., None]
+        m2 = np.cross(tangent, m1)
+        tau = (_dot(rolling, m2) / stretch - lean * _dot(turn, m2)) / length
+    return Strip(
+        s=grid,
+        centre=centre,
+        width=m2,
+        normal=m1,
+        kappa1=-_dot(turn, m2),
+        kappa2=_dot(turn, m1) if curvature is None else np.asarray(_spline(s, curvature)(grid)),
+        tau=tau,
+        velocity=None if velocity is None else np.asarray(_spline(s, velocity)(grid)),
+        **columns,
+    )
+
+
+def _rates(time: Array, values: Array, row: int, kinks: Sequence[int]) -> Array:
+    """d(values)/d(time) at a row, of the polynomial through the rows around it; none beyond a kink."""
+    low = max((k for k in kinks if k < row), default=0)
+    high = min((k for k in kinks if k >= row), default=len(time) - 1)
+    if row == low:
+        high = min((k for k in kinks if k > row), default=len(time) - 1)
+    first = max(min(row - _BESIDE, high - 2 * _BESIDE), low)
+    rows = slice(first, min(first + 2 * _BESIDE, high) + 1)
+    x = time[rows] - time[row]
+    reach = float(np.abs(x).max())
+    if reach == 0.0:
+        return np.zeros_like(values[row])
+    weights = np.linalg.solve(np.vander(x / reach, increasing=True).T, np.eye(len(x))[1]) / reach
+    return np.asarray(np.tensordot(weights, values[rows], axes=1))
 
 
 def of_motion(history: History, frames: int = 150, until: float | None = None) -> Strip:
@@ -120,11 +174,17 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
         weight = share.reshape(-1, *(1,) * (rows.ndim - 1))
         return np.asarray(rows[k] * (1.0 - weight) + rows[after] * weight)
 
-    normals = history.configurations.get("normals")
+    positions = history.configurations["positions"]
+    normals, curvature = map(history.configurations.get, ("normals", "curvature"))
+    kinks = kinks_of(history.angle)
+    rates = {row: _rates(history.time, positions, row, kinks) for row in sorted({*k, *after})}
+    weight = share[:, None, None]
     return _strip(
         history.arclength,
-        at(history.configurations["positions"]),
+        at(positions),
         None if normals is None else at(normals),
+        np.stack([rates[a] for a in k]) * (1.0 - weight) + np.stack([rates[b] for b in after]) * weight,
+        None if curvature is None else at(curvature),
         time=time,
         angle=at(history.angle),
         height=at(history.height),

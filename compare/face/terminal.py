@@ -1,10 +1,100 @@
-"""A section on the terminal."""
+"""A command's streams, whatever they are, and a section on the terminal."""
 
 from __future__ import annotations
 
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from .section import Section
+
+
+def _flushed(stream: Any) -> OSError | None:
+    """Write out what a stream holds, or drop it, so that the interpreter does not try again at its end."""
+    try:
+        stream.flush()
+    except OSError as error:
+        with suppress(OSError, io.UnsupportedOperation):
+            number = stream.fileno()
+            was, nothing = os.dup(number), os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nothing, number)
+            stream.flush()
+            os.dup2(was, number)
+            os.close(was)
+            os.close(nothing)
+        return error
+    return None
+
+
+def complain(text: str) -> None:
+    """A line on standard error, where there is one that takes it."""
+    with suppress(OSError):
+        print(text, file=sys.stderr)
+    _flushed(sys.stderr)
+
+
+@contextmanager
+def printing() -> Iterator[None]:
+    """What is printed goes out at once; an `OSError` says that standard output did not take it."""
+    try:
+        yield
+    except OSError as error:
+        _flushed(sys.stdout)
+        raise _unprinted(error) from None
+    failed = _flushed(sys.stdout)
+    if failed:
+        raise _unprinted(failed)
+
+
+def _unprinted(error: OSError) -> OSError:
+    if isinstance(error, BrokenPipeError):
+        return BrokenPipeError("the output was closed before its end")
+    return OSError(f"standard output cannot be written: {error.strerror}")
+
+
+@contextmanager
+def terminal() -> Iterator[None]:
+    """Standard streams that a command can write to, in UTF-8, and as they were afterwards.
+
+    Closed ones lead nowhere, so that no file that is opened takes their numbers; no columns are the 80 of a
+    terminal that does not say.
+    """
+    with ExitStack() as undo:
+        for number in range(3):
+            try:
+                os.fstat(number)
+            except OSError:
+                # the lowest number that is free
+                undo.callback(os.close, os.open(os.devnull, os.O_RDWR))
+        for name in ("stdout", "stderr"):
+            stream = getattr(sys, name)
+            if stream is None:
+                nowhere = undo.enter_context(open(os.devnull, "w", encoding="utf-8"))
+                undo.callback(setattr, sys, name, None)
+                setattr(sys, name, nowhere)
+            elif isinstance(stream, io.TextIOWrapper):
+                # words and tables are UTF-8, whatever the locale says
+                undo.callback(stream.reconfigure, encoding=stream.encoding, errors=stream.errors)
+                stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+        columns = os.environ.get("COLUMNS", "")
+        if columns.isdigit() and not int(columns):
+            del os.environ["COLUMNS"]
+            undo.callback(os.environ.__setitem__, "COLUMNS", columns)
+        try:
+            yield
+        except SystemExit:
+            # what --help has printed
+            failed = _flushed(sys.stdout)
+            if failed:
+                complain(f"ribbonfem: {_unprinted(failed)}")
+                raise SystemExit(1) from None
+            raise
+        finally:
+            _flushed(sys.stderr)
 
 
 def show(section: Section, report: Path) -> None:

@@ -33,10 +33,14 @@ def _runs(curve: Curve | None) -> list[dict[str, Any]]:
     if curve is None or len(curve.angle) < 2:
         return []
     solid = curve.stable[:-1] & curve.stable[1:]
-    starts = [0, *(np.flatnonzero(solid[1:] != solid[:-1]) + 1).tolist(), len(solid)]
+    # (between two curves there is nothing)
+    there = np.isfinite(curve.height[:-1]) & np.isfinite(curve.height[1:])
+    kind = np.where(there, solid, -1)
+    starts = [0, *(np.flatnonzero(kind[1:] != kind[:-1]) + 1).tolist(), len(kind)]
     return [
         {"stable": bool(solid[a]), "rows": _rows(curve.angle[a : b + 1], curve.height[a : b + 1])}
         for a, b in pairwise(starts)
+        if there[a]
     ]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.archive import write_whole
+from compare.archive import whole, write_whole
 from ribbonfem import Branch, History
 from ribbonfem.results import Array
 
@@ -52,27 +52,19 @@ def _surface(strip: Strip, frame: int) -> tuple[Array, Array]:
 def fields(strip: Strip, frame: int) -> dict[str, Array]:
     """Fields (nodes,) or (nodes, 3) of an instant: curvatures, twist, velocity, energy density.
 
-    kappa1, kappa2 and tau in 1/L, from the frames; velocity in L/s; the density of bending and twist in
-    EI2/L^2.
+    kappa1, kappa2 and tau in 1/L; velocity in L/s, of a motion; the density of bending and twist in EI2/L^2.
     """
-    t = np.gradient(strip.centre[frame], strip.s, axis=0)
-    t /= np.linalg.norm(t, axis=1)[:, None]
-    m1, m2 = strip.normal[frame], strip.width[frame]
-    turn = np.gradient(t, strip.s, axis=0)
-    kappa1 = -(turn * m2).sum(axis=1)
-    kappa2 = (turn * m1).sum(axis=1)
-    tau = (np.gradient(m1, strip.s, axis=0) * m2).sum(axis=1)
+    kappa1, kappa2, tau = strip.kappa1[frame], strip.kappa2[frame], strip.tau[frame]
     ratio, twist = strip.scene.ribbon.bending_ratio, strip.scene.ribbon.twist_ratio
-    before, after = max(frame - 1, 0), min(frame + 1, len(strip.time) - 1)
-    span = max(float(strip.time[after] - strip.time[before]), 1e-300)
+    moving = {} if strip.velocity is None else {"velocity": strip.velocity[frame]}
     return {
         "s": strip.s,
         "kappa1": kappa1,
         "kappa2": kappa2,
         "tau": tau,
-        "velocity": (strip.centre[after] - strip.centre[before]) / span,
+        **moving,
         "energy_density": 0.5 * (ratio * kappa1**2 + kappa2**2 + twist * tau**2),
-        "normal": m1,
+        "normal": strip.normal[frame],
     }
 
 
@@ -112,7 +104,8 @@ def frames(
         points, quads = _surface(strip, frame)
         data = {name: np.repeat(values, _ACROSS + 1, axis=0) for name, values in fields(strip, frame).items()}
         file = f"frame-{frame:05d}.vtu"
-        meshio.Mesh(points, [("quad", quads)], point_data=data).write(where / file)
+        with whole(where / file, ".vtu") as aside:
+            meshio.Mesh(points, [("quad", quads)], point_data=data).write(aside)
         time = float(strip.time[frame])
         entries.append(f'    <DataSet timestep="{time!r}" group="" part="0" file="{file}"/>')
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]

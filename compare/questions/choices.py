@@ -15,7 +15,7 @@ from compare.chooser.climb import SCATTER, endless, expected_steps
 from compare.chooser.plans import Answer
 from compare.chooser.trials import random_ribbon, rod_snap
 from compare.face.section import Drawing, Table
-from compare.face.style import figure, plt
+from compare.face.style import figure
 from compare.limits import limit_of
 from compare.models import warm_up
 from compare.sweep import Sweep
@@ -224,7 +224,8 @@ def _draw(verdicts: Sequence[SceneVerdict]) -> Any:
     right.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
     right.axhline(1.0, color="k", lw=0.8)
     right.set(xlabel="tolerance asked for (rad)", ylabel="time of a rod of 101 nodes / time of the choice")
-    plt.setp(right.get_xticklabels(minor=True), visible=False)
+    for label in right.get_xticklabels(minor=True):
+        label.set_visible(False)
     return fig
 
 

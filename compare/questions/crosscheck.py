@@ -12,7 +12,7 @@ import numpy as np
 import der
 from compare.face.curve import Curve
 from compare.face.section import Drawing, Table
-from compare.face.style import draw_curve, figure, plt
+from compare.face.style import colormaps, draw_curve, figure
 from compare.limits import edge_ratio, of_folds, two_point
 from compare.models import timed, warm_up
 from compare.paper.planar import planar_curves
@@ -189,7 +189,7 @@ def _diagram(found: Crosscheck) -> Any:
     """The paper's Fig. 3: heights against angles, raw and rescaled."""
     fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
     for k, (compression, beam) in enumerate(found.beams.items()):
-        colour = plt.cm.viridis(0.85 * k / max(1, len(found.beams) - 1))
+        colour = colormaps["viridis"](0.85 * k / max(1, len(found.beams) - 1))
         rod = found.dots[compression]
         label = f"$\\Delta L/L$ = {compression:.2f}"
         for axes, scale in ((raw, 1.0), (scaled, compression**-0.5)):

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -120,9 +121,11 @@ def publish(
 
 def summary(name: str) -> str:
     """The first line of a question's docstring, read without importing the models that it needs."""
-    place = Path(__file__).with_name(name)
-    file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
-    said = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+    module = f"compare.questions.{name}"
+    spec = find_spec(module)
+    # (of a file, or of a zip)
+    source = getattr(spec.loader, "get_source", lambda _: "")(module) if spec else ""
+    said = ast.get_docstring(ast.parse(source or "")) or ""
     return said.split("\n")[0]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,13 +20,19 @@ from compare.face.style import figure
 from compare.face.view import view
 from compare.models import MODELS
 from compare.sweep import Progress, Sweep
-from ribbonfem import History, SceneError, SolverError
+from ribbonfem import History, Scene, SceneError, SolverError
 from ribbonfem.policy import whole_number
 
 from .registry import Question
 
 # exit status where the answer is not within the tolerance, and where refinement does not settle it
 NOT_MET, SENSITIVE = 3, 4
+# rad; how far a ramp without a stop is shown to turn past its last fold and its snap
+_PAST = 0.1
+# a motion has come to rest when its amplitude is exp(-7), a thousandth
+_DECAYS = 7.0
+# periods of the lowest vibration; what is damped so little that it rings longer is shown that long
+_PERIODS = 60.0
 
 
 @dataclass(frozen=True)
@@ -91,28 +98,67 @@ def main(
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
-    ramp's last). --motion asks for the motion up to the snap too: a view to turn by hand (run-view.html),
-    a film (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). The
-    file holds the fields of a Scene, and a table [ribbon].
+    ramp's last). --motion asks for the motion up to the snap too, and of a scene without a stop past it, to
+    rest: a view to turn by hand (run-view.html), a film (run-film.gif) of so many --frames, and as many
+    files for ParaView (run-vtu/motion.pvd). The file holds the fields of a Scene, and a table [ribbon].
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)
     choice = choose(stated, tolerance, quantity, motion=motion)
     progress = sweep.progress if sweep else Progress()
     (answer,) = (choice.run() for _ in progress("scene", [stated]))
-    curve = None
-    if answer.history is not None and motion:
-        curve = _curve(answer.history)
+    curve, history = None, answer.history
+    if history is not None and motion:
+        history = to_rest(stated, history) if stated.stop is None else history
+        answer, curve = replace(answer, history=history), curves_of(history)
     return Asked(str(scene), choice, answer, curve, frames)
 
 
-def _curve(history: History) -> Curve | None:
-    """The curve of equilibria through the start of a motion; None where it cannot be followed."""
-    scene = replace(history.scene, stop=None, hold=0.0)
+def _mesh(history: History, *names: str) -> dict[str, Any]:
+    return {name: history.policy[name] for name in names if name in history.policy}
+
+
+def to_rest(stated: Scene, history: History) -> History:
+    """The motion of a scene without a stop, on past its snap and its last fold, and held until it rests.
+
+    Parameters
+    ----------
+    stated: the scene, without a stop.
+    history: of its ramp, until it has snapped; the same if it has not, or where it cannot be gone on with.
+    """
+    if history.crossing() is None and history.crossing("slope") is None:
+        return history
+    model: Any = MODELS[history.model]
+    mesh = _mesh(history, "extensible", "clamp")
     try:
-        return Curve.of(MODELS[history.model].equilibria(scene, unstable=1))
+        reached = [abs(fold.angle) for fold in model.folds(stated, **mesh)[-1:]]
+        pulse = float(model.frequencies(stated, count=1, **mesh)[0])
+        # under, and over critical damping
+        decay = max(2.0 / stated.damping, stated.damping / pulse**2) if stated.damping else math.inf
+        hold = min(_DECAYS * decay, _PERIODS * 2.0 * math.pi / pulse)
+        stop = math.copysign(max([*reached, abs(float(history.angle[-1]))]) + _PAST, stated.rate)
+        scene = replace(stated, stop=stop, hold=hold)
+        whole: History = model.simulate(scene, **{**history.policy, "until": "end"})
+    except (SceneError, SolverError):
+        return history
+    return whole
+
+
+def curves_of(history: History) -> Curve | None:
+    """The curve of equilibria through the start of a motion and its mirror image, on which it may land.
+
+    The image under z -> -z has the angles -alpha.  None where the curve cannot be followed.
+    """
+    scene = replace(history.scene, stop=None, hold=0.0)
+    reach = max(1.5, float(abs(history.angle).max()))
+    try:
+        branch = MODELS[history.model].equilibria(
+            scene, unstable=1, span=(-reach, reach), **_mesh(history, "extensible", "clamp")
+        )
     except (SceneError, SolverError):
         return None
+    curve = Curve.of(branch)
+    return Curve.joined((curve, curve.mirrored()))
 
 
 def words(found: Asked) -> list[str]:
@@ -147,10 +193,13 @@ def drawings(found: Asked) -> Iterator[Drawing]:
 def films(found: Asked) -> Iterator[Picture]:
     """The motion to turn by hand, and its film, where it was asked for."""
     if found.choice.motion and found.answer.history is not None:
-        yield Picture("run-view.html", "The motion up to its snap, to be turned and run through by hand.")
-        yield Picture(
-            "run-film.gif", "The ribbon in motion, up to its snap; its frames for ParaView: run-vtu."
+        until = (
+            "to rest"
+            if found.choice.scene.hold == 0.0 < found.answer.history.scene.hold
+            else "up to its snap"
         )
+        yield Picture("run-view.html", f"The motion {until}, to be turned and run through by hand.")
+        yield Picture("run-film.gif", f"The ribbon in motion, {until}; its frames for ParaView: run-vtu.")
 
 
 def export(found: Asked, folder: Path, progress: Progress) -> None:

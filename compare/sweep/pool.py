@@ -15,6 +15,16 @@ from contextlib import contextmanager
 
 # seconds after which a worker notices that its parent is gone
 _WATCH = 1.0
+# what libraries of linear algebra read their number of threads from
+_THREADS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "GOTO_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+_one_at_a_time = threading.Lock()
 
 
 def processors() -> int:
@@ -32,9 +42,9 @@ def _begin(parent: int) -> None:
     # an interrupt is the parent's to answer: it ends its workers itself
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    # one process a core is the parallelism there is; threads below it only get in the way
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"
+    # one process a core is the parallelism there is; threads below it only get in the way.  Read when
+    # numpy and scipy load their libraries, which is after this
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
 
 
 @contextmanager
@@ -43,14 +53,20 @@ def _without_main() -> Iterator[None]:
 
     They would run it again to find the functions that it defines: a script without a main guard would
     start itself over and over, and one from standard input cannot be found at all.  A sweep's functions
-    are all in modules that can be imported.
+    are all in modules that can be imported.  Threads take turns, or one would restore what another hid.
     """
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = types.ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
+    with _one_at_a_time:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
+
+
+def alone() -> bool:
+    """Whether this process may have no workers: it is a worker of a pool that lets it have none."""
+    return multiprocessing.current_process().daemon
 
 
 class WorkerPool(ProcessPoolExecutor):

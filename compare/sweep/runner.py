@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .pool import WorkerPool, processors
+from .pool import WorkerPool, alone, processors
 from .progress import Progress
 from .store import Store
 from .task import Failure, Task
@@ -41,7 +41,8 @@ class Sweep:
     folder: keeps one file a finished task, from which a later sweep goes on; None keeps nothing.
     others: folders of other sweeps, whose finished tasks are taken over.
     processes: workers of a pool of its own, by default one a processor; 1 runs everything in this
-        process.
+        process, and so does any number where no workers can be had (in a worker of
+        `multiprocessing.Pool`, on a system without shared memory).
     executor: anything with the interface of `concurrent.futures.Executor`, instead of a pool.
     progress: draws bars; by default none.
 
@@ -135,8 +136,8 @@ class Sweep:
             prepare()
         # the dearest first, so that no worker sits with a long one when the others are done
         waiting.sort(key=lambda number: -tasks[number].cost)
-        alone = self._given is None and (self.processes == 1 or len(waiting) == 1)
-        finished = self._here(tasks, waiting, failures) if alone else self._there(tasks, waiting, failures)
+        here = self._given is None and (self.processes == 1 or len(waiting) == 1 or not self._has_workers())
+        finished = self._here(tasks, waiting, failures) if here else self._there(tasks, waiting, failures)
         for number, result in finished:
             if self.store:
                 self.store.write(keys[number], result)
@@ -157,6 +158,20 @@ class Sweep:
     ) -> Iterator[tuple[int, Any]]:
         for number in waiting:
             yield number, perform(tasks[number].function, tasks[number].argument, failures)
+
+    def _has_workers(self) -> bool:
+        """Whether a pool of workers can be had in this process, on this system."""
+        if self._pool is not None:
+            return True
+        if alone():
+            return False
+        try:
+            self._pool = WorkerPool(self.processes)
+        except (ImportError, NotImplementedError, OSError) as error:
+            # no semaphores, or no shared memory
+            self.progress.say(f"no worker processes ({error}): everything runs in this one")
+            return False
+        return True
 
     def _executor(self) -> Executor:
         if self._given is not None:

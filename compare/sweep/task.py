@@ -4,14 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
+from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Any
 
 from compare.archive import ROOMS, encode
+
+
+def _sources(folder: Traversable, name: str) -> Iterator[tuple[str, bytes]]:
+    """Sources and numbers of a package in the order of their names, from its folder or a zip."""
+    for item in sorted(folder.iterdir(), key=lambda each: each.name):
+        if item.is_dir():
+            yield from _sources(item, f"{name}/{item.name}")
+        elif item.name.endswith((".py", ".json")):
+            yield f"{name}/{item.name}", item.read_bytes()
 
 
 @lru_cache(maxsize=1)
@@ -22,12 +32,10 @@ def edition() -> str:
     except PackageNotFoundError:
         named = "source"
     digest = hashlib.sha256()
-    home = Path(__file__).parents[2]
     for room in ROOMS:
-        for file in sorted((home / room).rglob("*")):
-            if file.suffix in (".py", ".json"):
-                digest.update(str(file.relative_to(home)).encode("utf-8"))
-                digest.update(file.read_bytes())
+        for name, content in _sources(files(room), room):
+            digest.update(name.encode("utf-8"))
+            digest.update(content)
     return f"{named}+{digest.hexdigest()[:16]}"
 
 

@@ -41,11 +41,11 @@ GROWTH = 0.25
 ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
 ROW_LOAD, ROW_VELOCITY, ROW_SIZE = 8, 9, 10
 
-Rod = by_reference(namedtuple("Rod", "stiffness rest stretch inertia arclength"))
+Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a
 # held ribbon cannot leave its state any more, and its run ends; whether to end soon after the height
 # changes sign
-Ramp = by_reference(namedtuple("Ramp", "rate stop end damping barrier snap"))
+Ramp = namedtuple("Ramp", "rate stop end damping barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
 # weights (stages,) of its error and the power of the step in that
@@ -54,12 +54,13 @@ Policy = by_reference(
 )
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
 # variable of generalised-alpha and the mean velocity of midpoint's last step; frames
-Motion = by_reference(namedtuple("Motion", "x v a aux tangent m1 twist clock"))
+Motion = namedtuple("Motion", "x v a aux tangent m1 twist clock")
 # arrays that a step overwrites
-Scratch = by_reference(
-    namedtuple(
-        "Scratch",
-        "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right "
-        "energies turn",
-    )
+Scratch = namedtuple(
+    "Scratch",
+    "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies "
+    "turn",
 )
+
+for _tuple in (Rod, Ramp, Policy, Motion, Scratch):
+    by_reference(_tuple)

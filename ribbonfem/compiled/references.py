@@ -1,9 +1,9 @@
 """Named tuples that compiled code hands on as one pointer.
 
-To the compiler a tuple of arrays is all of their fields, seven to eleven numbers each, handed over one by one at
-every call: a tuple of sixty arrays is six hundred arguments, a quarter of some kernels' time and half of
-what there is to compile.  Tuples never change, so that a pointer to where a call from Python has put
-their fields serves as well; what is loaded through it counts as constant.
+To the compiler a tuple of arrays is all of their fields, seven to eleven numbers each, handed over one by
+one at every call: sixty arrays are six hundred arguments, and much of what there is to compile.  Tuples
+never change, so that a pointer to where a call from Python has put their fields serves as well; what is
+loaded through it counts as constant.
 """
 
 from __future__ import annotations

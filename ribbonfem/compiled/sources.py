@@ -13,8 +13,8 @@ import ast
 import hashlib
 from collections.abc import Iterator
 from functools import cache
+from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
-from pathlib import Path
 
 ROOMS = ("kernels", "compiled")
 _PACKAGES = ("ribbonfem", "der")
@@ -50,32 +50,32 @@ def is_kernels(module: str) -> bool:
 
 
 @cache
-def _path(module: str) -> Path | None:
+def _spec(module: str) -> ModuleSpec | None:
     try:
         spec = find_spec(module)
     except ModuleNotFoundError:
         # a name inside of a module
         return None
-    return None if spec is None or spec.origin is None else Path(spec.origin)
+    return None if spec is None or spec.origin is None else spec
 
 
 def _source(module: str) -> bytes:
-    path = _path(module)
+    spec = _spec(module)
     try:
-        return b"" if path is None else path.read_bytes()
-    except OSError:
-        # inside an archive, say: installed anew, it is at another place or another time
+        # (of a file, or of a zip)
+        return spec.loader.get_data(spec.origin) if spec else b""  # type: ignore[union-attr]
+    except (OSError, AttributeError):
         return b""
 
 
 @cache
 def _imports(module: str) -> tuple[str, ...]:
     """Modules of the package that a module's top level imports from."""
-    path = _path(module)
-    if path is None:
+    spec = _spec(module)
+    if spec is None:
         return ()
-    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    return tuple(name for name in _named(ast.parse(path.read_bytes()).body, package) if _path(name))
+    package = module if spec.submodule_search_locations else module.rpartition(".")[0]
+    return tuple(name for name in _named(ast.parse(_source(module)).body, package) if _spec(name))
 
 
 def _named(body: list[ast.stmt], package: str) -> Iterator[str]:

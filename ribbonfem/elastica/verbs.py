@@ -130,15 +130,17 @@ def equilibria(
     return curve.as_branch(scene, policy, "elastica", problem.arclength)
 
 
-def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """Slopes (rows,) and positions (rows, nodes, 3) of rows of the dofs of the time loop."""
+def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, Array]]:
+    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of rows of the loop's dofs."""
     mesh = problem.mesh
     nodes = mesh.degree * np.arange(mesh.elements + 1)
     index, weights = mesh.middle_weights()
+    bend = mesh.nodal_slopes()
 
-    def observe(q: Array, w: Array) -> tuple[Array, Array]:
+    def observe(q: Array, w: Array) -> tuple[Array, Array, Array]:
         x, z = q[:, nodes], q[:, mesh.count + nodes]
-        return np.sin(w[:, index] @ weights), np.stack((x, np.zeros_like(x), z), axis=2)
+        slope, curvature = np.sin(w[:, index] @ weights), w[:, : mesh.count] @ bend.T
+        return slope, np.stack((x, np.zeros_like(x), z), axis=2), curvature
 
     return observe
 
@@ -172,7 +174,8 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" as configurations.
+    `History`, with the nodes' "positions" (rows, nodes, 3) in L and "curvature" (rows, nodes) in 1/L as
+        configurations.
 
     Raises
     ------

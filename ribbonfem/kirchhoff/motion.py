@@ -31,7 +31,7 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.growing import Growing
+from ribbonfem.growing import Growing, some_steps
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
@@ -293,7 +293,8 @@ class Loop:
             x, m1 = configurations or self.none
             self.motion.clock[ROWS] = 0.0
             model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
-            status = loop_of(self.scheme)(model, self.scheme, ramp, rows)
+            some = some_steps(rows, len(self.motion.x))
+            status = loop_of(self.scheme)(model, self.scheme, ramp, some)
             self.rows.count += int(self.motion.clock[ROWS])
             if status != FULL or self.rows.full:
                 return int(status)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from ribbonfem.closed_form import (
     ClosedFormBranch,
@@ -103,14 +104,18 @@ def equilibria(
     )
 
 
-def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """Slopes (rows,) and positions (rows, nodes, 3) of rows of the dofs of the time loop."""
+def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, Array]]:
+    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of rows of the loop's dofs."""
     index, _, weights = problem.middle_weights()
     length = problem.compression**0.5
 
-    def observe(z: Array, _: Array) -> tuple[Array, Array]:
+    nodes = problem.arclength
+
+    def observe(z: Array, _: Array) -> tuple[Array, Array, Array]:
         slope = z[:, index] @ weights * length
-        return slope / np.hypot(1.0, slope), problem.shapes(z)
+        # slopes at the nodes are more accurate than the second derivatives of the cubics between them
+        bend = make_interp_spline(nodes, z[:, 1::2], k=5 if len(nodes) > 5 else 3, axis=1)(nodes, 1)
+        return slope / np.hypot(1.0, slope), problem.shapes(z), length * bend
 
     return observe
 

@@ -20,7 +20,8 @@ class Motion:
     Attributes
     ----------
     rows: (rows, 9) time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time).
-    slope: (rows,), and positions: (rows, nodes, 3) in L, as `integrate` was told to observe them.
+    slope: (rows,), positions: (rows, nodes, 3) in L, and curvature: (rows, nodes) in 1/L, as `integrate` was
+        told to observe them.
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
     """
@@ -28,6 +29,7 @@ class Motion:
     rows: Array
     slope: Array
     positions: Array
+    curvature: Array
     stats: dict[str, float]
     problem: str
 
@@ -51,7 +53,8 @@ class Motion:
         units = (second, 1.0, length, *(length**2,) * 4, 1.0, length / second)
         for column, unit in enumerate(units):
             self.rows[:, column] *= unit
-        whole, slope, positions = map(handed_over, (self.rows, self.slope, self.positions))
+        shapes = self.positions, self.curvature
+        whole, slope, positions, curvature = map(handed_over, (self.rows, self.slope, *shapes))
         time, angle, height, *energies, load, velocity = whole.T
         history = History(
             time=time,
@@ -59,7 +62,7 @@ class Motion:
             height=height,
             slope=slope,
             energies=dict(zip(ENERGIES, energies, strict=True)),
-            configurations={"positions": positions},
+            configurations={"positions": positions, "curvature": curvature},
             load=load,
             arclength=arclength,
             velocity=velocity,

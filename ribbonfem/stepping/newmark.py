@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ribbonfem.growing import Growing
+from ribbonfem.growing import Growing, some_steps
 from ribbonfem.policy import require_duration
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
@@ -92,7 +92,8 @@ def _run(
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
     clock[kernels.PHASE] = 0.0 if v is None else 1.0
-    rows, row_q, row_w = (np.empty((ROWS, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
+    most = len(some_steps(np.empty(ROWS), len(q)))
+    rows, row_q, row_w = (np.empty((most, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
     still = np.zeros_like(q)
     motion = q.copy(), (still if v is None else v).copy(), still, still.copy()
     scratch = _scratch(tables, q, w, scheme.stages)
@@ -124,7 +125,7 @@ def integrate(
     control: Control,
     q: Array,
     w: Array,
-    observe: Callable[[Array, Array], tuple[Array, Array]],
+    observe: Callable[[Array, Array], tuple[Array, Array, Array]],
     held: Held | None = None,
 ) -> Motion:
     """Step a beam from rest in the equilibrium (q, w) through the scene's ramp and hold.
@@ -136,7 +137,8 @@ def integrate(
     that does not converge halves the step; `Motion.problem` says if that had to go on below
     `SMALLEST_STEP`, or if the method gains energy: undamped methods may, after a snap.
 
-    `observe` makes the slopes (rows,) and positions (rows, nodes, 3) of rows of q and w.
+    `observe` makes the slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of rows of q
+    and w.
 
     Raises
     ------
@@ -144,7 +146,7 @@ def integrate(
         For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
     nodes = observe(q[None], w[None])[1].shape[1]
-    row = 8.0 * (kernels.ROW_SIZE + 1 + 3 * nodes)
+    row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes)
     if held is not None:
         scene = replace(scene, stop=math.copysign(1.0, scene.rate), hold=held.duration)
     require_duration(scene, control.step, LARGEST_TURN, row)
@@ -154,7 +156,7 @@ def integrate(
         end = scene.hold / scene.ribbon.inertial_time
         ramp = ramp._replace(rate=0.0, stop=held.angle, turned=0.0, end=end)
     _warm_up(tables, scheme, ramp, q, w)
-    kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3))
+    kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3), (nodes,))
 
     def keep(rows: Array, row_q: Array, row_w: Array) -> str:
         kept.append(rows, *observe(row_q, row_w))
@@ -163,11 +165,12 @@ def integrate(
     began = time.perf_counter()
     status, clock, full = _run(tables, scheme, ramp, q, w, keep, None if held is None else held.velocity)
     seconds = time.perf_counter() - began
-    rows, slope, positions = kept.taken()
+    rows, slope, positions, curvature = kept.taken()
     return Motion(
         rows=rows,
         slope=slope,
         positions=positions,
+        curvature=curvature,
         stats={
             "steps": int(clock[kernels.STEPS]),
             "newton_iterations": int(clock[kernels.NEWTON]),

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from compare.face.style import figure
 from compare.measures.convergence import Convergence
@@ -54,6 +53,8 @@ _TITLES = {
 def _draw_group(
     axes: Any, group: str, found: Mapping[tuple[str, str], Sequence[Candidate]], quantity: str
 ) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     methods: set[str | None] = set()
     open_marks = False
     for (its_group, family), its in found.items():
@@ -136,6 +137,8 @@ def _look(study: Study) -> tuple[str, str, str]:
 
 
 def _draw_studies(axes: Any, what: Sequence[tuple[Study, Convergence]], title: str, label: str) -> None:
+    from matplotlib.ticker import NullFormatter
+
     for study, found in what:
         colour, marker, filling = _look(study)
         axes.loglog(

@@ -18,7 +18,7 @@ from compare.chooser.trials import (
     random_planar,
 )
 from compare.face.section import Drawing, Table
-from compare.face.style import figure, plt
+from compare.face.style import colormaps, figure
 from compare.models import warm_up
 from compare.questions.registry import Question
 from compare.sweep import Sweep
@@ -202,7 +202,7 @@ def _draw(planar: dict[str, Any]) -> Any:
     fig, panels = figure(3, width=3.6, height=3.0)
     for panel, index in zip(panels, (0, 3, len(axes["compression"]) - 1), strict=True):
         for k in range(0, len(axes["damping"]), 4):
-            colour = plt.cm.viridis(k / len(axes["damping"]))
+            colour = colormaps["viridis"](k / len(axes["damping"]))
             label = rf"$\nu t_*$ = {axes['damping'][k]:.2g}"
             panel.semilogx(axes["rate"], ratio[index, :, k], color=colour, label=label)
         panel.set(title=f"dL/L = {axes['compression'][index]:g}", ylim=(0.4, 1.05))

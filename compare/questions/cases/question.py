@@ -12,7 +12,7 @@ import der
 from compare.chooser.climb import SCATTER
 from compare.face.curve import Curve
 from compare.face.section import Drawing, Table
-from compare.face.style import draw_curve, figure, plt
+from compare.face.style import colormaps, draw_curve, figure
 from compare.paper.cases import CaseVerdict, compiled, cost, settled
 from compare.paper.named import CASES
 from compare.questions.registry import Question
@@ -31,7 +31,7 @@ def _draw(verdicts: Sequence[CaseVerdict], branches: dict[float, Curve], kind: s
     fig, axes = figure(len(keys), rows, width=3.6, height=3.0)
     axes = np.atleast_2d(axes)
     rates = sorted({v.case.scene.rate for v in chosen})
-    colours = {rate: plt.cm.plasma(0.8 * k / max(1, len(rates) - 1)) for k, rate in enumerate(rates)}
+    colours = {rate: colormaps["plasma"](0.8 * k / max(1, len(rates) - 1)) for k, rate in enumerate(rates)}
     for column, (compression, damping) in enumerate(keys):
         top = axes[0][column]
         branch = branches[compression]

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from compare.face.section import Drawing, Table
-from compare.face.style import figure, plt
+from compare.face.style import colormaps, figure
 from compare.paper.delays import (
     DAMPINGS,
     GROUPS,
@@ -35,7 +35,7 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
         form = forms[name]
         mine = [c for c in cells if c.system == name]
         for k, damping in enumerate(sorted({c.damping for c in mine})):
-            colour = plt.cm.viridis(k / 6.5)
+            colour = colormaps["viridis"](k / 6.5)
             group = sorted((c for c in mine if c.damping == damping), key=lambda c: c.rate)
             rates = np.logspace(np.log10(group[0].rate), np.log10(group[-1].rate), 40)
             tau = (form.product * rates) ** -0.2

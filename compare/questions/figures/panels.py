@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from compare.diagrams import Diagram
 from compare.diagrams.show import Named, draw_panel
-from compare.face.style import STYLE, plt
+from compare.face.style import blank
 from ribbonfem.results import Array
 
 # how a series is drawn: what `Axes.plot` takes
@@ -179,9 +179,8 @@ def _fill(axes: Any, panel: Panel) -> None:
 
 def draw(plate: Plate) -> Any:
     """The figure of a plate."""
-    plt.rcParams.update(STYLE)
     rows = -(-len(plate.panels) // plate.columns)
-    fig = plt.figure(figsize=(plate.width * plate.columns, plate.height * rows))
+    fig = blank(plate.width * plate.columns, plate.height * rows)
     for number, panel in enumerate(plate.panels, 1):
         if not panel.series:
             continue
@@ -189,7 +188,9 @@ def draw(plate: Plate) -> Any:
         axes = fig.add_subplot(rows, plate.columns, number, projection="3d" if spatial else None)
         _fill(axes, panel)
     if plate.legend:
-        handles = [plt.Line2D([], [], **_key(series)) for series in plate.legend]
+        from matplotlib.lines import Line2D
+
+        handles = [Line2D([], [], **_key(series)) for series in plate.legend]
         fig.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), fontsize=7.5)
     return fig
 

@@ -174,9 +174,9 @@ def _scaling(found: Delays, figure: str, letters: str) -> list[Panel]:
 
 
 def _tone(k: int, count: int) -> str:
-    from compare.face.style import plt
+    from compare.face.style import colormaps
 
-    red, green, blue = (round(255 * part) for part in plt.cm.viridis(0.92 * k / max(1, count - 1))[:3])
+    red, green, blue = (round(255 * part) for part in colormaps["viridis"](0.92 * k / max(1, count - 1))[:3])
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 

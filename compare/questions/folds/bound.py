@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import TwoSlopeNorm
 from scipy.interpolate import CubicSpline, RectBivariateSpline, make_interp_spline
 from scipy.optimize import brentq
 
@@ -68,6 +67,8 @@ def zero_of(column: dict[str, Any]) -> float | None:
 
 def draw_bound(found: Sequence[dict[str, Any]]) -> Any:
     """The bound over the compressions and shears of US; the map is smooth between its columns."""
+    from matplotlib.colors import TwoSlopeNorm
+
     fig, ax = figure(1, width=6.8, height=4.8)
     compressions = np.array([column["compression"] for column in found])
     shares = np.arange(len(found[0]["shears"]))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from compare.face.style import draw_curve, figure, plt
+from compare.face.style import colormaps, draw_curve, figure
 from compare.paper.paths import Paths, Swept, crowd, last_leg, leg
 
 _ROD = "#d1495b"
@@ -103,7 +103,7 @@ def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> An
         fixed = scenes[0].shear if name == "compression" else scenes[0].compression
         values = [getattr(scene, name) for scene in scenes]
         for k, (value, found) in enumerate(zip(values, results, strict=True)):
-            colour = plt.cm.viridis(0.88 * k / max(1, len(values) - 1))
+            colour = colormaps["viridis"](0.88 * k / max(1, len(values) - 1))
             curve, rod = found.curve, found.rod
             draw_curve(left, curve.angle, curve.height, curve.stable, colour, f"${value:.2f}$", width=1.2)
             picked = np.array([k for k in crowd(rod, 0.03) if rod.stable[k]], dtype=int)

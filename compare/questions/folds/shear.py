@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 import der
 from compare.face.section import Drawing, Table
-from compare.face.style import draw_curve, figure, plt
+from compare.face.style import colormaps, draw_curve, figure
 from compare.paper.sheared import (
     COMPRESSIONS,
     FOUR,
@@ -36,7 +36,7 @@ from .bound import bound_column, draw_bound, zero_of
 
 def _draw_heights(ax: Any, found: Sequence[Heights]) -> None:
     for k, its in enumerate(found):
-        colour = plt.cm.viridis(0.85 * k / max(1, len(found) - 1))
+        colour = colormaps["viridis"](0.85 * k / max(1, len(found) - 1))
         for name, x, y, stable in its.lines:
             draw_curve(ax, x, y, stable, colour, f"{its.compression:.1f}" if name == "U" else "", 1.3)
         for name, shear, height in its.symbols:
