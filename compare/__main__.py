@@ -1,7 +1,7 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
 A command is a question (`compare.questions`): the keyword parameters of its `main` are its options, its
-docstring its help; ``report`` and ``scenes`` ask nothing.  Nothing heavy is imported before a command is
+docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a command is
 known, so that ``--help`` answers at once.
 
 Exit status: 0 done, 1 an error (one line says which), 2 a command line that cannot be; of ``run`` also 3,
@@ -11,6 +11,7 @@ the tolerance was not met, and 4, refinement does not settle the value.  130 aft
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import difflib
 import inspect
 import json
@@ -25,7 +26,7 @@ from compare.face.terminal import complain, printing, show, terminal
 from compare.questions.registry import ORDER, Question, named, publish, summary
 
 OUT = Path("ribbonfem-report")
-REPORT, SCENES = "report", "scenes"
+REPORT, SCENES, WARM = "report", "scenes", "warm"
 # finished runs of a command that has not come to its end, in the report's folder
 FINISHED = ".finished"
 STATUS = "exit status: 0 done, 1 error, 2 wrong usage, 130 interrupted"
@@ -126,6 +127,7 @@ def _overview() -> argparse.ArgumentParser:
     lines = [f"  {name:<12} {summary(name)}" for name in ORDER]
     lines.append(f"  {REPORT:<12} Make the report's page anew, and with --redraw its pictures too.")
     lines.append(f"  {SCENES:<12} List the scene files that are shipped, and write them.")
+    lines.append(f"  {WARM:<12} Compile everything once, for images and clusters.")
     parser = argparse.ArgumentParser(
         prog="ribbonfem",
         usage="ribbonfem COMMAND [options]",
@@ -149,7 +151,7 @@ def _version() -> str:
 
 
 def _unknown(command: str) -> NoReturn:
-    near = difflib.get_close_matches(command, (*ORDER, REPORT, SCENES), 1)
+    near = difflib.get_close_matches(command, (*ORDER, REPORT, SCENES, WARM), 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     complain(f"ribbonfem: {command!r} is no command{hint} ribbonfem --help lists them")
     raise SystemExit(2)
@@ -164,12 +166,18 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
     """Compute, write, show."""
     from compare.archive import finite
     from compare.face.report import PAGE, require_room
+    from compare.face.terminal import Rows
     from compare.sweep import Progress, Sweep
 
     out, prog = options["out"], f"ribbonfem {question.name}"
     require_room(out)
     with ExitStack() as stack:
-        progress = stack.enter_context(Progress(visible=not (options["quiet"] or options["json"])))
+        rows = Rows()
+        progress = stack.enter_context(
+            Progress(
+                visible=not (options["quiet"] or options["json"]), shows=None if options["json"] else rows
+            )
+        )
         executor = None
         if options["dask"]:
             from compare.sweep.cluster import executor_at
@@ -192,8 +200,10 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
     with printing():
         if options["json"]:
             print(json.dumps(finite(section.values), indent=1, allow_nan=False))
+        elif rows.failed:
+            raise rows.failed
         else:
-            show(section, out / PAGE)
+            show(section, out / PAGE, rows.titles)
     return question.status(found)
 
 
@@ -271,6 +281,46 @@ def _scenes(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _warm(arguments: Sequence[str]) -> int:
+    """Compile everything that is not compiled yet, in parallel, and say where it is kept.
+
+    No later process on machines of this kind compiles anything: for images, and nodes of a cluster that
+    share a folder.
+    """
+    parser = argparse.ArgumentParser(
+        prog=f"ribbonfem {WARM}",
+        description=f"{inspect.getdoc(_warm)}\n\ntakes about a minute of each of two cores",
+        epilog=STATUS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--processes", type=_whole, help="worker processes (default one a processor)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        help="folder that it is kept in, for which NUMBA_CACHE_DIR has to be set later (default: where it is "
+        "looked for, beside the package or at home)",
+    )
+    parser.add_argument("--json", action="store_true", help="print seconds and folder as JSON")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    options = parser.parse_args(arguments)
+    if options.out:
+        # read when the compiler is imported, here and in the workers
+        os.environ["NUMBA_CACHE_DIR"] = str(options.out.absolute())
+    from compare.compilation import warm
+    from compare.sweep import Progress
+
+    with Progress(visible=not (options.quiet or options.json)) as progress:
+        warmed = warm(processes=options.processes, progress=progress)
+    with printing():
+        if options.json:
+            print(json.dumps(dataclasses.asdict(warmed), indent=1))
+        else:
+            for job, seconds in warmed.compiled.items():
+                print(f"compiled: {job}, {seconds:.1f} s")
+            print(f"{warmed.seconds:.1f} s; kept in {warmed.folder or 'no folder: none can be written'}")
+    return 0
+
+
 def _question(command: str, arguments: Sequence[str]) -> int:
     question = named(command)
     parser = argparse.ArgumentParser(
@@ -293,7 +343,7 @@ def _run(command: str, arguments: Sequence[str]) -> int:
 
     prog = f"ribbonfem {command}"
     try:
-        own = {REPORT: _report, SCENES: _scenes}
+        own = {REPORT: _report, SCENES: _scenes, WARM: _warm}
         return own[command](arguments) if command in own else _question(command, arguments)
     except KeyboardInterrupt:
         complain(f"{prog}: interrupted; what is finished is kept, the same command goes on")
@@ -310,7 +360,7 @@ def main(arguments: list[str] | None = None) -> int:
         if not arguments or arguments[0].startswith("-"):
             _overview().parse_args(arguments or ["--help"])
         command = arguments[0]
-        if command not in (*ORDER, REPORT, SCENES):
+        if command not in (*ORDER, REPORT, SCENES, WARM):
             _unknown(command)
         # what looks like a slip is told in a line, without the place in the source that saw it
         before = warnings.formatwarning

@@ -10,8 +10,8 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Future
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from compare.models import MODELS
-from compare.sweep import Progress
-from compare.sweep.pool import WorkerPool, processors
+from compare.sweep import Progress, Sweep
+from compare.sweep.pool import WorkerPool
+from compare.sweep.pool import alone as no_workers
 from ribbonfem import Scene
 from ribbonfem.compiled.kept import folders, made_from, read, write
 
@@ -127,7 +128,7 @@ class Warmed:
     ----------
     seconds: in all.
     compiled: seconds of each job that was compiled; what had been before is left out.
-    folder: where the compiled code of the elements' kernels is kept.
+    folder: where the compiled code of the elements' kernels is kept; "" if nothing can be written.
     """
 
     seconds: float
@@ -136,38 +137,44 @@ class Warmed:
 
     def __repr__(self) -> str:
         what = ", ".join(self.compiled) or "nothing: all was there"
-        return f"Warmed(compiled {what}; {self.seconds:.1f} s; kept in {self.folder})"
+        return f"Warmed(compiled {what}; {self.seconds:.1f} s; kept in {self.folder or 'no folder'})"
 
 
 class Background:
     """Jobs that other processes do meanwhile."""
 
-    def __init__(self, jobs: dict[str, Future[float]], pool: WorkerPool | None) -> None:
-        self.jobs, self._pool = jobs, pool
+    def __init__(self, jobs: dict[str, Future[float]], progress: Progress) -> None:
+        self.jobs, self._progress = jobs, progress
 
-    def wait(self, progress: Progress, title: str = "compiling, once") -> dict[str, float]:
-        """Until all are done; the seconds of each."""
-        bar = progress.bar(title, len(self.jobs), sum(JOBS[job].seconds for job in self.jobs))
+    def wait(self, title: str = "compiling, once") -> dict[str, float]:
+        """Until all are done; the seconds of each that could be done there."""
+        bar = self._progress.bar(title, len(self.jobs), sum(JOBS[job].seconds for job in self.jobs))
         seconds = {}
         for job, future in self.jobs.items():
-            seconds[job] = future.result()
+            # (of workers that were lost the process that needs it does the work)
+            with suppress(BrokenExecutor):
+                seconds[job] = future.result()
             bar.advance(JOBS[job].seconds)
         return seconds
 
 
 @contextmanager
-def background(*jobs: str, processes: int) -> Iterator[Background]:
+def background(*jobs: str, processes: int, progress: Progress) -> Iterator[Background]:
     """Compile jobs in other processes while this one goes on; leaving it ends them.
 
     One that is needed here meanwhile is waited for where it is called: no two compile the same.
     """
     missing = [job for job in jobs if done(job) is None]
-    if not missing or processes < 1:
-        yield Background({}, None)
+    if not missing or processes < 1 or no_workers():
+        yield Background({}, progress)
         return
+    about = max(
+        max(JOBS[job].seconds for job in missing), sum(JOBS[job].seconds for job in missing) / processes
+    )
+    progress.say(f"compiling, once, about {about:.0f} s: {', '.join(missing)}")
     pool = WorkerPool(min(processes, len(missing)))
     try:
-        yield Background({job: pool.submit(make, job) for job in missing}, pool)
+        yield Background({job: pool.submit(make, job) for job in missing}, progress)
     finally:
         pool.end()
 
@@ -185,13 +192,12 @@ def warm(*, processes: int | None = None, progress: Progress | None = None) -> W
     ValueError
         If `processes` is no whole number of at least 1.
     """
-    if processes is not None and (type(processes) is not int or processes < 1):
-        raise ValueError(f"processes = {processes!r}: must be a whole number of at least 1")
     begin = time.perf_counter()
-    with background(*JOBS, processes=processes or processors()) as running:
-        compiled = running.wait(progress or Progress(), "compiling")
+    with Sweep(processes=processes, progress=progress) as sweep:
+        missing = [job for job in JOBS if done(job) is None]
+        seconds = sweep("compiling", make, missing, cost=lambda job: JOBS[job].seconds)
     places, _, _ = _place("elements in motion")
     kept = next(
-        (str(place) for place in places if os.access(place, os.W_OK)), "no folder that can be written"
+        (str(place) for place in places if os.access(place, os.W_OK)), "no folder: none can be written"
     )
-    return Warmed(time.perf_counter() - begin, compiled, kept)
+    return Warmed(time.perf_counter() - begin, dict(zip(missing, seconds, strict=True)), kept)

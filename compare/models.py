@@ -21,7 +21,7 @@ MODELS: dict[str, ModuleType] = {
 DECLARED: dict[str, Declared] = {name: model.DECLARED for name, model in MODELS.items()}
 MESH = {name: declared.mesh for name, declared in DECLARED.items()}
 
-_warm: set[str] = set()
+_warm: set[tuple[str, bool]] = set()
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, float]:
@@ -31,17 +31,20 @@ def timed(call: Callable[[], Any]) -> tuple[Any, float]:
     return value, time.perf_counter() - begin
 
 
-def warm_up(*names: str) -> None:
+def warm_up(*names: str, motion: bool = True) -> None:
     """Load or compile the code of these models (of all by default), once a process.
 
     So that no timing contains it, and that it is there before worker processes would all make it.
+
+    Parameters
+    ----------
+    names: of models.
+    motion: whether that of `simulate` too.
     """
     planar = Scene(compression=0.3, shear=0.0, start="U+", rate=10.0, stop=0.01)
     for name in names or tuple(MODELS):
-        if name in _warm:
-            continue
-        model, mesh = MODELS[name], {MESH[name]: 21 if name == "der" else 8}
-        model.folds(planar, **mesh)
-        if hasattr(model, "simulate"):
-            model.simulate(planar, **mesh)
-        _warm.add(name)
+        mesh = {MESH[name]: 21 if name == "der" else 8}
+        for what, call in ((False, MODELS[name].folds), (True, MODELS[name].simulate)):
+            if what <= motion and (name, what) not in _warm:
+                call(planar, **mesh)
+                _warm.add((name, what))

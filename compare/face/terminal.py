@@ -5,12 +5,12 @@ from __future__ import annotations
 import io
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from .section import Section
+from .section import Section, Table
 
 
 def _flushed(stream: Any) -> OSError | None:
@@ -97,8 +97,47 @@ def terminal() -> Iterator[None]:
             _flushed(sys.stderr)
 
 
-def show(section: Section, report: Path) -> None:
-    """Print a section's words and tables, and where the report is."""
+class Rows:
+    """Tables whose rows are printed as they come, in columns wide enough for what the first ones hold."""
+
+    def __init__(self) -> None:
+        self.titles: dict[str, list[int]] = {}
+        self.failed: OSError | None = None
+
+    def __call__(self, table: Table) -> None:
+        """Print a table's rows, before its first ones title and columns; an error is kept for the end."""
+        if self.failed is None:
+            try:
+                self._print(table)
+            except OSError as error:
+                _flushed(sys.stdout)
+                self.failed = error
+
+    def _print(self, table: Table) -> None:
+        cells = table.cells()
+        if table.title not in self.titles:
+            self.titles[table.title] = [
+                max(_COLUMN[kind == "s"], len(name), *(len(row[k]) for row in cells))
+                for k, (name, kind) in enumerate(zip(table.columns, table.formats, strict=True))
+            ]
+            print(table.title)
+            cells = [list(table.columns), *cells]
+        widths = self.titles[table.title]
+        for row in cells:
+            pads = zip(row, widths, table.formats, strict=True)
+            line = "  ".join(cell.ljust(w) if kind == "s" else cell.rjust(w) for cell, w, kind in pads)
+            print(line, flush=True)
+
+
+# the least width of a column of numbers, and of words
+_COLUMN = (9, 22)
+
+
+def show(section: Section, report: Path, printed: Collection[str] = ()) -> None:
+    """Print a section's words and tables, and where the report is.
+
+    Of tables whose titles are among those `printed` the rows are on the terminal already.
+    """
     from rich.console import Console
     from rich.table import Table as Grid
 
@@ -106,14 +145,15 @@ def show(section: Section, report: Path) -> None:
     for text in section.text:
         console.print(text, highlight=False, markup=False)
     for table in section.tables:
-        grid = Grid(title=table.title, title_justify="left", title_style="bold")
-        for k, (name, sentence) in enumerate(zip(table.columns, table.sentences(), strict=True)):
-            grid.add_column(name, justify="left" if k == 0 or sentence else "right", no_wrap=not sentence)
-        for row in table.cells():
-            grid.add_row(*row)
-        # a pipe has no width of its own; rows must not be cut there
-        wide = console if console.is_terminal else Console(width=200)
-        wide.print(grid, markup=False)
+        if table.title not in printed:
+            grid = Grid(title=table.title, title_justify="left", title_style="bold")
+            for k, (name, sentence) in enumerate(zip(table.columns, table.sentences(), strict=True)):
+                grid.add_column(name, justify="left" if k == 0 or sentence else "right", no_wrap=not sentence)
+            for row in table.cells():
+                grid.add_row(*row)
+            # a pipe has no width of its own; rows must not be cut there
+            wide = console if console.is_terminal else Console(width=200)
+            wide.print(grid, markup=False)
         if table.note:
             console.print(table.note, highlight=False, markup=False)
     console.print(f"report: {report}", highlight=False, soft_wrap=True, markup=False)

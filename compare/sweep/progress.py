@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -40,10 +40,14 @@ class Bar:
 
 
 class Progress:
-    """``for item in progress("title", items)`` draws a bar on standard error, if `visible`."""
+    """``for item in progress("title", items)`` draws a bar on standard error, if `visible`.
 
-    def __init__(self, visible: bool = False) -> None:
+    `shows` is called with rows of tables that are finished before the result is.
+    """
+
+    def __init__(self, visible: bool = False, shows: Callable[[Any], None] | None = None) -> None:
         self._bars: Any = None
+        self._shows = shows
         if visible and sys.stderr.isatty():
             # imported here: a run without a terminal does not need it
             from rich.console import Console
@@ -57,6 +61,8 @@ class Progress:
                 TextColumn("{task.fields[left]}"),
                 console=Console(stderr=True),
                 transient=True,
+                # what is printed to a terminal meanwhile goes above the bars; to a file, to the file
+                redirect_stdout=sys.stdout.isatty(),
             )
 
     def __enter__(self) -> Progress:
@@ -75,6 +81,11 @@ class Progress:
         log.info(text)
         if self._bars:
             self._bars.console.print(text, highlight=False)
+
+    def show(self, table: Any) -> None:
+        """A table of the rows that have just been finished, where somebody wants to see them at once."""
+        if self._shows is not None:
+            self._shows(table)
 
     def bar(self, title: str, count: int, cost: float | None = None) -> Bar:
         """A bar that its holder advances."""

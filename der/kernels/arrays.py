@@ -49,8 +49,8 @@ Ramp = namedtuple("Ramp", "rate stop end damping barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
 # weights (stages,) of its error and the power of the step in that
-Policy = by_reference(
-    namedtuple("Policy", "method step tolerance newton largest smallest radius table instants weights power")
+Policy = namedtuple(
+    "Policy", "method step tolerance newton largest smallest radius table instants weights power"
 )
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
 # variable of generalised-alpha and the mean velocity of midpoint's last step; frames

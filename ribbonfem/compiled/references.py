@@ -46,9 +46,22 @@ class _Fields(AttributeTemplate):
 @lower_getattr_generic(Reference)
 def _field(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -> Any:
     index = kind.cls._fields.index(name)
-    value = builder.load(cgutils.gep_inbounds(builder, pointer, 0, index))
-    value.set_metadata("invariant.load", builder.module.add_metadata([]))
+    value = _loaded(builder, cgutils.gep_inbounds(builder, pointer, 0, index))
     return impl_ret_borrowed(context, builder, kind.kinds[index], value)
+
+
+def _loaded(builder: Any, pointer: Any) -> Any:
+    """What a pointer leads to, number by number: each of them is constant to the compiler."""
+    of = pointer.type.pointee
+    if isinstance(of, ir.LiteralStructType | ir.ArrayType):
+        whole = ir.Constant(of, ir.Undefined)
+        for i in range(len(of.elements) if isinstance(of, ir.LiteralStructType) else of.count):
+            part = _loaded(builder, cgutils.gep_inbounds(builder, pointer, 0, i))
+            whole = builder.insert_value(whole, part, i)
+        return whole
+    value = builder.load(pointer)
+    value.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return value
 
 
 @unbox(Reference)
