@@ -24,6 +24,7 @@ HERE = Path(__file__).parent
 OTHERS = {
     "scenes": "List the scene files that are shipped, or write some.",
     "report": "Make the report's page anew, and with `--redraw` its pictures too, without a run.",
+    "warm": "Compile everything once, in parallel: for images and clusters.",
 }
 
 

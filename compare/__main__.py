@@ -1,8 +1,8 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
 A command is a question (`compare.questions`): the keyword parameters of its `main` are its options, its
-docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a command is
-known, so that ``--help`` answers at once.
+docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a
+command is known, so that ``--help`` answers at once.
 
 Exit status: 0 done, 1 an error (one line says which), 2 a command line that cannot be; of ``run`` also 3,
 the tolerance was not met, and 4, refinement does not settle the value.  130 after an interrupt.
@@ -15,6 +15,7 @@ import dataclasses
 import difflib
 import inspect
 import json
+import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence

@@ -33,7 +33,7 @@ from ribbonfem import Fold
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / ".docs"
 PAGES = [ROOT / "README.md", *sorted(GUIDE.glob("*.md"))]
-OWN = ("scenes", "report")
+OWN = ("scenes", "report", "warm")
 BLOCK = re.compile(r"(?:<!-- (?P<mark>[a-z ]+) -->\n)?^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S)
 NUMBERS = re.compile(r"#\s*(True|False|[-+]?\d[\d.]*(?:e[-+]?\d+)?(?:, [-+]?\d[\d.]*(?:e[-+]?\d+)?)*)")
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
