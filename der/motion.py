@@ -27,7 +27,7 @@ from ribbonfem.growing import Growing, some_steps
 from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.scene import Scene
-from ribbonfem.tableaus import TABLEAUS
+from ribbonfem.tableaus import TABLEAUS, Tableau
 from ribbonfem.values import handed_over
 
 from . import kernels, plane
@@ -59,7 +59,7 @@ TOLERANCE = 1.5e-4
 _CHUNK = 4_000_000
 # rad; the loop's own bound on the clamp's turn in a step
 LARGEST_TURN = 0.5
-_warm: set[str] = set()
+_warm: set[int] = set()
 
 
 @verb
@@ -68,7 +68,7 @@ def simulate(
     *,
     nodes: int = 151,
     clamp: str = "centred",
-    method: str = "tr-bdf2",
+    method: str | Tableau = "tr-bdf2",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float = 0.8,
@@ -115,11 +115,11 @@ def simulate(
         nowhere (an unstable step); carries the history so far.
     """
     stop = scene.require_stop()
-    choice("method", method, tuple(METHODS))
+    name = "" if isinstance(method, Tableau) else choice("method", method, tuple(METHODS))
     choice("until", until, ("end", "decided", "snap"))
     if step is not None and tolerance is not None:
         raise PolicyError(f"tolerance = {tolerance!r}: a run has a fixed step or a tolerance, not both")
-    if step is None and method not in ADAPTIVE:
+    if step is None and name and name not in ADAPTIVE:
         raise PolicyError(f"step = None: {method} needs a fixed step (s); adaptive are {', '.join(ADAPTIVE)}")
     within("spectral_radius", spectral_radius, 0.0, 1.0)
     fixed, local = step, TOLERANCE if tolerance is None else tolerance
@@ -155,9 +155,9 @@ def simulate(
         "configurations": configurations,
         "until": until,
     }
-    if method not in _warm:
+    if policy.method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
-        _warm.add(method)
+        _warm.add(policy.method)
         Loop(rod, state, policy._replace(step=1e-6), 1, False).go(
             ramp._replace(stop=1e-9 * ramp.rate, end=1e-9)
         )
@@ -176,20 +176,25 @@ def simulate(
         else:
             cause = "its energy grew by more than a quarter beyond the work done"
         raise SolverError(
-            f"{method} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
+            f"{getattr(method, 'name', method)} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
             f"alpha = {history.angle[-1]:.6g}, on {rod.nodes} nodes: {cause}",
             history,
         )
     return history
 
 
-def policy_of(method: str, step: float, local: float, newton: float, radius: float = 0.0) -> kernels.Policy:
+def policy_of(
+    method: str | Tableau, step: float, local: float, newton: float, radius: float = 0.0
+) -> kernels.Policy:
     """What the loop is told of a method; `step` in units of t*, 0 for adaptive ones to `local` in L."""
-    # (those that are no Runge-Kutta methods have no use for a tableau)
-    tableau = TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
-    stages = METHODS[method] == kernels.RUNGE_KUTTA
+    if isinstance(method, Tableau):
+        kind, tableau = kernels.RUNGE_KUTTA, method
+    else:
+        # (those that are no Runge-Kutta methods have no use for a tableau)
+        kind, tableau = METHODS[method], TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
+    embedded = tableau.embedded if kind == kernels.RUNGE_KUTTA else ORDERS[str(method)]
     return kernels.Policy(
-        METHODS[method],
+        kind,
         step,
         local,
         newton,
@@ -199,7 +204,7 @@ def policy_of(method: str, step: float, local: float, newton: float, radius: flo
         tableau.a,
         tableau.c,
         tableau.error,
-        1.0 + (tableau.embedded if stages else ORDERS[method]),
+        1.0 + embedded,
     )
 
 

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .results import Array
+from .values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class Tableau:
-    """A method of `stages` stages, the first of them explicit.
+class Tableau(Value):
+    """A method of `stages` stages, the first of them explicit; every `simulate` takes one as its `method`.
 
     Attributes
     ----------
@@ -26,6 +27,11 @@ class Tableau:
     error: (stages,) weights whose sum with the stages' rates, times the step, estimates the local
         error; of order `embedded` + 1 in the step.
     embedded: order of the method that the step is compared with.
+
+    Raises
+    ------
+    ValueError
+        If the table is none of such a method; names what is wrong.
     """
 
     name: str
@@ -34,6 +40,25 @@ class Tableau:
     a: Array
     error: Array
     embedded: int
+
+    def __post_init__(self) -> None:
+        for name in ("a", "error"):
+            object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+        super().__post_init__()
+        a, n = self.a, len(self.a)
+        diagonal = a.diagonal()[1:] if a.shape == (n, n) else np.zeros(0)
+        explicit_first = n > 1 and a.shape == (n, n) and not a[0].any() and not np.triu(a, 1).any()
+        if not explicit_first or not np.all(diagonal == diagonal[0]) or not diagonal[0] > 0.0:
+            raise ValueError(
+                f"a = {a.tolist()!r}: must be a lower triangle of two rows or more, whose first is zero and "
+                "whose diagonal is one positive number from the second on"
+            )
+        if self.error.shape != (n,):
+            raise ValueError(f"error = {self.error.tolist()!r}: must have a weight for each of {n} stages")
+        if not np.isclose(a[-1].sum(), 1.0):
+            raise ValueError(
+                f"a: its last row is the weights of the step, whose sum must be 1, not {a[-1].sum():g}"
+            )
 
     @property
     def stages(self) -> int:

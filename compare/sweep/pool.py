@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 import types
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -45,6 +46,8 @@ def _begin(parent: int) -> None:
     # one process a core is the parallelism there is; threads below it only get in the way.  Read when
     # numpy and scipy load their libraries, which is after this
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    # told once, by the parent
+    warnings.filterwarnings("ignore", message="compiled code is not kept")
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.newmark import Held, integrate
+from ribbonfem.tableaus import Tableau
 
 from . import sideways
 from .motion import at_rest, tables, vibrations
@@ -151,7 +152,7 @@ def simulate(
     *,
     elements: int = 10,
     extensible: bool = False,
-    method: str = "tr-bdf2",
+    method: str | Tableau = "tr-bdf2",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,

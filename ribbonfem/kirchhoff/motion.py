@@ -53,6 +53,7 @@ from ribbonfem.stepping.kernels import (
 )
 from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
+from ribbonfem.tableaus import Tableau
 from ribbonfem.values import handed_over
 
 from . import plane, states
@@ -84,7 +85,7 @@ def simulate(
     *,
     elements: int = ELEMENTS,
     extensible: bool = False,
-    method: str = "esdirk4",
+    method: str | Tableau = "esdirk4",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,

@@ -22,6 +22,7 @@ from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.newmark import Held, integrate
+from ribbonfem.tableaus import Tableau
 
 from .motion import tables
 from .problem import Statics
@@ -125,7 +126,7 @@ def simulate(
     scene: Scene,
     *,
     elements: int = 32,
-    method: str = "tr-bdf2",
+    method: str | Tableau = "tr-bdf2",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,

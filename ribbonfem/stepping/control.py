@@ -12,6 +12,7 @@ from types import MappingProxyType
 from ribbonfem.policy import PolicyError, choice, local_error, positive
 from ribbonfem.results import DEPARTED
 from ribbonfem.scene import Scene
+from ribbonfem.tableaus import Tableau
 
 from . import kernels
 from .methods import METHODS, Method, method_of
@@ -53,7 +54,7 @@ class Control:
     @classmethod
     def of(
         cls,
-        method: str,
+        method: str | Tableau,
         step: float | None,
         tolerance: float | None,
         until: str,

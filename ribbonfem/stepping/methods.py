@@ -112,19 +112,20 @@ def generalised_alpha(spectral_radius: float = 0.8) -> Method:
 
 
 def method_of(
-    name: str, spectral_radius: float | None = None, methods: tuple[str, ...] = ALL_METHODS
+    method: str | Tableau, spectral_radius: float | None = None, methods: tuple[str, ...] = ALL_METHODS
 ) -> Method:
-    """The method of this name; `spectral_radius` belongs to "generalised-alpha" alone."""
-    choice("method", name, methods)
+    """The method of a name or a tableau; `spectral_radius` belongs to "generalised-alpha" alone."""
+    name = "" if isinstance(method, Tableau) else choice("method", method, methods)
     if name == "generalised-alpha":
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
         raise PolicyError(
-            f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not {name!r}"
+            f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not "
+            f"{shown(method)}"
         )
     if name == "newmark":
         return newmark()
     if name == "discrete-gradient":
         return discrete_gradient()
-    tableau = tableaus.TABLEAUS[name]()
+    tableau = method if isinstance(method, Tableau) else tableaus.TABLEAUS[name]()
     return Method(tableau.name, tableau.constrained, tableau=tableau)
