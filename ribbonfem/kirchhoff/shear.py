@@ -63,7 +63,7 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
     """The shears at which states of the scene's ribbon and compression fork at alpha = 0."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
-    steps = states.shear_steps(scene.compression)
+    steps = states.shear_steps(problem)
     broken = merged = restored = None
     for segment in states.unbroken(problem, limit, steps):
         for event in segment.events:
@@ -90,7 +90,7 @@ def _unmerging(problem: Statics, start: Point[Frames]) -> list[Point[Frames]]:
     first = first_point(problem, start.state, start.parameter, -1.0)
     compression = problem.clamps.compression
     for segment in trace(
-        problem, first, (0.0, states.most_shear(compression)), states.shear_steps(compression), 8
+        problem, first, (0.0, states.most_shear(compression)), states.shear_steps(problem), 8
     ):
         if segment.events:
             return [*points, segment.events[0].point]
@@ -102,7 +102,7 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     """U+, U+S and S of the scene's ribbon and compression against the shear, from 0 to its limit."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
-    steps = states.shear_steps(scene.compression)
+    steps = states.shear_steps(problem)
     u: list[Point[Frames]] = []
     event: Event[Frames] | None = None
     for segment in states.unbroken(problem, limit, steps):

@@ -27,6 +27,7 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
+from ribbonfem.continuation.curves import tolerance_for
 from ribbonfem.elements.lobatto import interpolation
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
@@ -81,10 +82,10 @@ def most_shear(compression: float) -> float:
     return 0.98 * _taut(compression)
 
 
-def shear_steps(compression: float) -> Steps:
+def shear_steps(problem: Statics) -> Steps:
     """Steps that are short against the range of feasible shears."""
-    limit = _taut(compression)
-    return Steps(first=0.02 * limit, largest=0.1 * limit)
+    limit = _taut(problem.clamps.compression)
+    return Steps(first=0.02 * limit, largest=0.1 * limit, tolerance=tolerance_for(problem.ribbon))
 
 
 def _strides(compression: float) -> Steps:
@@ -202,7 +203,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         return {"U": (state, max(line.index, int(problem.one_stiffness)))}
     found: dict[str, tuple[Frames, int]] = {}
     events: list[Event[Frames]] = []
-    steps = shear_steps(problem.clamps.compression)
+    steps = shear_steps(problem)
     for segment in unbroken(problem, shear, steps):
         events.extend(segment.events)
         if segment.last == "span":

@@ -253,7 +253,7 @@ def saddle(
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     scene = replace(scene, start="U+S-")
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    passed, point = states.landing(problem, start, angle, 1, steps)
+    passed, point = states.landing(problem, start, angle, 1, steps or steps_for(scene))
     if point is None or point.index != 1 or angle > passed[0].point.parameter:
         fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
         raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
