@@ -10,7 +10,7 @@ Bifurcations of Dynamical Equilibria", SIAM 2000.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -189,6 +189,8 @@ def _branch_point(
     vector = problem.weight * _null_vector(end.linearisation, problem.weight)
     base = inside(problem, base, end)
     found = {0.0: base, end.step: end}
+    # increments along the null vector are rounding here; what they leave, the fresh tangent does not show
+    steps = replace(steps, tolerance=max(steps.tolerance, Steps.tolerance))
 
     def test(step: float) -> float:
         if step not in found:
