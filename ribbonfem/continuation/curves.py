@@ -182,7 +182,11 @@ def ramp_folds(
             ends = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
             if segment.end.index or ends[0] * ends[1] > 0.0:
                 continue
-            if problem.observe(reached.state, reached.parameter)[0] * _landing(problem, segment, reached, steps) < 0.0:
+            if (
+                problem.observe(reached.state, reached.parameter)[0]
+                * _landing(problem, segment, reached, steps)
+                < 0.0
+            ):
                 break
             if ends[1] < ends[0]:
                 raise SolverError(

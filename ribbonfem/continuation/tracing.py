@@ -34,8 +34,8 @@ from .corrector import (
 
 # what 1 - cos may be between the last two vectors of an inverse iteration
 _ALIGNED = 1e-15
-# parts of a step's largest rate of the parameter: below the first at an end, or below the second between the ends,
-# the step is halved, down to this part of `Steps.first`
+# parts of a step's largest rate of the parameter: where it is below the first at an end, or below the second
+# between the ends, the step is halved, down to the third part of `Steps.first`
 _STATIONARY, _NEARLY, _CLOSEST = 0.02, 0.1, 1e-3
 
 
@@ -320,7 +320,8 @@ def trace(
     A step is taken again at half its length if Newton fails, if its first correction is large,
     if the tangent turns by more than `steps.turn`, if the parameter may turn twice inside it, or if
     the number of unstable directions changes by more than the events found in it explain: the step
-    may have landed on another curve, or passed two folds.  The last point lies on the edge of the span, or is the first one.
+    may have landed on another curve, or passed two folds.  The last point lies on the edge of the
+    span, or is the first one.
 
     Raises
     ------

@@ -81,7 +81,9 @@ def integrate(
         before, step = step, min(step * min(2.0, factor), end - time, key=abs)
         # the polynomial of the step behind, carried on
         guess = shape @ _basis(1.0 + step / before * _NODES).T
-    raise SolverError(f"not integrated from {begin:g} to {end:g}: no step of collocation found beyond {time:g}")
+    raise SolverError(
+        f"not integrated from {begin:g} to {end:g}: no step of collocation found beyond {time:g}"
+    )
 
 
 def _collocated(
