@@ -30,6 +30,8 @@ from .rod import Rod, RodState
 
 # heights and slips below this (in L) count as zero when a state is named
 _FLAT = 1e-6
+# L: at a pitchfork a descent step below the first may be rounding, and states within the second the same one
+_NEUTRAL, _APART = 1e-5, 1e-2
 # nodes of the rod that is sheared on the way to a finer one, and its longest step in dW/L
 _COARSE, _STRIDE = 25, 0.1
 # steps that follow a sheet closely
@@ -94,7 +96,7 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         If no minimum is found in `most` steps.
     """
     rod, free = problem.rod, problem.rod.free
-    shift = 1.0
+    shift, before, stalled = 1.0, np.inf, 0
     energy = problem.energy(state)
     for _ in range(most):
         _, gradient, hessian = problem.assemble(state)
@@ -125,8 +127,11 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
                 break
             increment *= 0.5
         state, energy = trial, new
-        if stable and size < 1e-9:
+        # at a pitchfork rounding moves the state along its neutral mode, and that does not end
+        stalled += 0.9 * before < size < _NEUTRAL
+        if stable and (size < 1e-9 or stalled >= 5):
             return state
+        before = size
     raise SolverError(f"no stable equilibrium of {rod.nodes} nodes found within {most} descent steps")
 
 
@@ -193,13 +198,14 @@ def _images(rod: Rod, state: RodState | None) -> dict[str, RodState]:
 
 def stable_states(rod: Rod) -> dict[str, RodState]:
     """The stable pre-deformed states at alpha = 0 that shearing from the planar one reaches, by name."""
-    states: dict[str, RodState] = {}
     problem = Statics(rod)
     plain = _sheared(rod, breaking=False)
-    if plain is not None and problem.linearise(plain, 0.0).index == 0:
-        states.update(_images(rod, plain))
-    if not rod.scene.planar:
-        states.update(_images(rod, _sheared(rod, breaking=True)))
+    broken = None if rod.scene.planar else _sheared(rod, breaking=True)
+    stable = plain is not None and problem.linearise(plain, 0.0).index == 0
+    if plain is not None and broken is not None and np.abs(plain.x - broken.x).max() < _APART:
+        # of two that are one but for rounding, at a pitchfork, the one that breaks the symmetry counts
+        stable = name(rod, plain) == name(rod, broken)
+    states = (_images(rod, plain) if stable else {}) | _images(rod, broken)
     states.pop("", None)
     return states
 

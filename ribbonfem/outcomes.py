@@ -1,7 +1,8 @@
 """Names of shapes and outcomes of runs: which snaps happened, and which shape was skipped.
 
 The first snap of Path 2 (U+S+ to U+S-) is the instant at which the mid tangent turns through
-horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.
+horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.  A ramp that meets one
+fold has one snap, z = 0.
 
 The paper calls a run "type 1 skipping" if the first local minimum of z(alpha) comes before
 alpha_c2, and "type 2" otherwise (section 7.1).  An overdamped z falls without a minimum, and a
@@ -23,12 +24,14 @@ import numpy as np
 from ribbonfem.crossings import between, kinks_of
 from ribbonfem.image import imaged
 from ribbonfem.results import MESH, Array, Fold, History, Value
-from ribbonfem.scene import shown, swapped
+from ribbonfem.scene import Scene, shown, swapped
 
 # a height (L) this close to the fold state's counts as being there ...
 _NEAR = 0.06
 # ... at a speed below this share of the fastest of the run
 _SLOW = 0.1
+# elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), or 1e-6 (ribbons)
+_SETTLED = 8
 
 
 def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> str:
@@ -131,6 +134,15 @@ def instant(history: History, time: float) -> Instant:
     return Instant(time, angle, height, slope, name_by_signs(height, slope))
 
 
+def _two_snaps(scene: Scene, folds: tuple[Fold, ...]) -> bool:
+    """Whether the ramp is Path 2, U+S+ to U+S- to U-S+, or its image, and not known to meet one fold only."""
+    if len(folds) == 1 and folds[0].scene is not None and folds[0].scene.stop is None:
+        return False
+    if scene.turned == "right":
+        scene = scene.image
+    return (scene.start, scene.rate > 0.0) in (("U+S+", True), ("U-S+", False))
+
+
 def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant | None]:
     """What happened in a run, each instant solved for and not read off a row.
 
@@ -142,31 +154,44 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     Returns
     -------
     dict
-        "first snap" (t_z = 0), "second snap" (z = 0), "first minimum" (of z, after the
-        first snap), "alpha_c1", "alpha_c2", ... and "end"; None where the run did not come to it.
+        Of a ramp that meets one fold: "snap" (z = 0), "first minimum" (of z, after the snap),
+        "alpha_c" and "end".  Of one from U+S+ that meets two (or of its images): "first snap"
+        (t_z = 0, before the second), "second snap" (z = 0), "first minimum" (of z, after the first
+        snap), "alpha_c1", "alpha_c2" and "end".  In the order in which they came; those that the run did
+        not come to are last, and None.
 
     Raises
     ------
     ValueError
-        For folds of another compression, shear, ribbon, model or mesh; a bare `Fold` is taken.
+        As `require_folds_of`.
     """
     require_folds_of(history, folds)
-    found: dict[str, Instant | None] = {}
-    for key, quantity in (("first snap", "slope"), ("second snap", "height")):
-        snap = history.crossing(quantity)
-        found[key] = None if snap is None else instant(history, snap[0])
-    minima = _rebounds(history, history.crossing("slope"))
-    found["first minimum"] = instant(history, float(minima[0, 0])) if len(minima) else None
+    level, height = history.crossing("slope"), history.crossing("height")
+    two = _two_snaps(history.scene, folds)
+    if two:
+        first = None if level is None or (height is not None and height[0] <= level[0]) else level
+        snaps = {"first snap": first, "second snap": height}
+    else:
+        first = height
+        snaps = {"snap": height}
+    times = {name: None if snap is None else snap[0] for name, snap in snaps.items()}
+    minima = _rebounds(history, first)
+    times["first minimum"] = float(minima[0, 0]) if len(minima) else None
     for k, fold in enumerate(folds, 1):
         time = fold.angle / history.scene.rate
         reached = 0.0 <= time <= history.time[-1] and abs(fold.angle) <= abs(history.angle[-1])
-        found[f"alpha_c{k}"] = instant(history, time) if reached else None
-    found["end"] = instant(history, float(history.time[-1]))
-    return found
+        times[f"alpha_c{k}" if two or len(folds) > 1 else "alpha_c"] = time if reached else None
+    times["end"] = float(history.time[-1])
+    found = {name: None if time is None else instant(history, time) for name, time in times.items()}
+    return dict(sorted(found.items(), key=lambda item: np.inf if item[1] is None else item[1].time))
 
 
 def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
-    """Raise a `ValueError` if folds are of another scene, model or mesh than a run."""
+    """Raise a `ValueError` if folds are of another compression, shear, ribbon, model or mesh than a run.
+
+    A bare `Fold` is taken, and finite elements may be more or fewer as long as there are 8 of them: from
+    there on their folds differ by less than outcomes depend on.
+    """
     if not isinstance(history, History):
         raise ValueError(f"history = {shown(history)}: a History is needed")
     if not isinstance(folds, (tuple, list)) or not all(isinstance(fold, Fold) for fold in folds):
@@ -179,6 +204,8 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
         if fold.model and history.model:
             pairs.append(("model", fold.model, history.model))
         mesh = [name for name in MESH if name in fold.policy and name in history.policy]
+        if "elements" in mesh and min(fold.policy["elements"], history.policy["elements"]) >= _SETTLED:
+            mesh.remove("elements")
         pairs += [(name, fold.policy[name], history.policy[name]) for name in mesh]
         for name, of_fold, of_run in pairs:
             if of_fold != of_run:
@@ -194,8 +221,8 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
     Parameters
     ----------
     history: with its rows.
-    folds: the two folds of the scene by the same model on the same mesh, from `der.folds`; a bare
-        `Fold(angle, height, load)` is taken as it is.
+    folds: the two folds of the scene by the same model, on the same mesh where it is one of rods, from
+        its `folds`; a bare `Fold(angle, height, load)` is taken as it is.
 
     Raises
     ------

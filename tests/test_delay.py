@@ -1,5 +1,6 @@
 """The normal form at a fold, its universal curve, and the delay it predicts."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene, continuation, delay, elastica, quasilinear
+from ribbonfem.delay.collocation import integrate
 from ribbonfem.delay.curve import _outer, universal_fit
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
@@ -35,6 +37,29 @@ def test_the_series_of_the_universal_curve_is_the_curve():
     exact = np.array([delay.universal(float(value)) for value in damping])
     assert universal_fit(damping) == pytest.approx(exact, rel=2e-7)
     assert universal_fit(np.asarray(5e3)) == delay.universal(5e3)
+
+
+def test_universal_curve_where_friction_rules():
+    """The next order behind Airy's zero falls as Lambda^(-5/3), at no damping with a break."""
+    values = np.geomspace(50.0, 3e4, 40)
+    off = np.array([delay.universal(x) / x ** (2 / 3) / FREE - 1 for x in values]) * values ** (5 / 3)
+    # to a logarithm, which is straight in log Lambda
+    bends = np.diff(off, 2)
+    assert np.all(np.diff(off) > 0.0)
+    assert np.abs(bends[1:] - bends[:-1]).max() < 0.02 * np.abs(np.diff(off)).mean()
+
+
+def test_collocation_of_a_stiff_equation_with_a_known_solution():
+    """y' = -k (y - sin t) + cos t from sin: sin t, whatever k, in some tens of steps."""
+    for k in (0.0, 1.0, 1e4, 1e10):
+        calls = []
+
+        def rate(t, y, k=k, calls=calls):
+            calls.append(t)
+            return -k * (y - np.sin(t)) + np.cos(t)
+
+        assert integrate(rate, 0.0, 20.0, np.zeros(1))[0] == pytest.approx(math.sin(20.0), abs=1e-12)
+        assert len(calls) < 600
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1.0, 1.5, 4.0])

@@ -71,6 +71,8 @@ def test_boundaries_are_changes(diagram):
         if b.band or b.below == b.above:
             continue
         assert b.doubt <= 0.01 * b.value
+        # of this mesh, and it says so
+        assert b.mesh == 31
         for value, name in ((b.value - 2 * b.doubt, b.below), (b.value + 2 * b.doubt, b.above)):
             place = (value, b.other) if b.along == "rate" else (b.other, value)
             assert runs.run_of(base, *place).outcome == name

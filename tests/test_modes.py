@@ -5,7 +5,7 @@ import der
 from der.modes import classify, local_minima, name_by_signs, name_shape
 from der.rod import Rod
 from der.states import stable_states
-from ribbonfem import Fold, History, Scene
+from ribbonfem import Fold, History, Ribbon, Scene, elastica, kirchhoff, quasilinear
 
 FOLDS = (Fold(0.16, 0.25, 30.0), Fold(0.45, 0.09, 50.0))
 
@@ -106,3 +106,51 @@ def test_events_of_a_run():
     short = der.simulate(Scene(compression=0.40, shear=0.40, rate=0.1, stop=0.05), nodes=31)
     assert der.modes.events(short, folds)["alpha_c1"] is None
     assert der.modes.events(short)["second snap"] is None
+
+
+STRIP = Ribbon(length=0.18, width=0.012, thickness=0.0002, young=200e9, density=7850, poisson=0.3)
+
+
+@pytest.mark.parametrize("model", [der, kirchhoff])
+def test_a_ramp_that_meets_one_fold_has_one_snap(model):
+    """A steel strip from U+: z = 0 at .7638, t_z = 0 of the ringing after it, and nothing is numbered."""
+    scene = Scene(compression=0.25, shear=0.2, start="U+", ribbon=STRIP, rate=1.0, stop=0.9, damping=0.5)
+    mesh = {"nodes": 51} if model is der else {}
+    history, folds = model.simulate(scene, **mesh), model.folds(scene, **mesh)
+    found = der.modes.events(history, folds)
+    assert set(found) == {"alpha_c", "snap", "first minimum", "end"}
+    assert list(found)[:2] == ["alpha_c", "snap"]
+    assert found["snap"].angle == history.crossing("height")[1]
+    assert found["alpha_c"].angle == pytest.approx(folds[0].angle, abs=1e-12)
+    assert found["first minimum"].time > found["snap"].time
+    assert set(der.modes.events(history)) == {"snap", "first minimum", "end"}
+
+
+def test_events_come_in_their_order():
+    """Seeded ramps of both kinds: instants ascend, and what did not come is last."""
+    generator = np.random.default_rng(9)
+    for k in range(8):
+        start = ("U+S+", "U+S-", "U+", "U-S+")[k % 4]
+        shear = 0.0 if start == "U+" else float(generator.uniform(0.36, 0.4))
+        sign = -1.0 if start == "U-S+" else 1.0
+        rate, damping = 10 ** generator.uniform(-0.5, 1.0), 10 ** generator.uniform(-1.0, 1.5)
+        ramp = {"rate": sign * rate, "stop": sign * generator.uniform(0.3, 2.0)}
+        scene = Scene(compression=0.4, shear=shear, start=start, damping=damping, **ramp)
+        found = der.modes.events(kirchhoff.simulate(scene), kirchhoff.folds(scene, elements=12))
+        times = [np.inf if event is None else event.time for event in found.values()]
+        assert times == sorted(times)
+        assert ("first snap" in found) == (start in ("U+S+", "U-S+"))
+        if found.get("first snap") and found["second snap"]:
+            assert found["first snap"].time < found["second snap"].time
+
+
+def test_runs_and_folds_by_their_defaults_are_of_one_model():
+    """Elements in motion are fewer than those at rest; rods' folds do depend on the mesh."""
+    scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.9, damping=10.0)
+    assert classify(kirchhoff.simulate(scene), kirchhoff.folds(scene)).kind == "type 2"
+    beam = Scene(compression=0.3, shear=0.0, start="U+", rate=1.0, stop=1.2, damping=1.0)
+    for model in (elastica, quasilinear):
+        found = der.modes.events(model.simulate(beam), model.folds(beam))
+        assert found["alpha_c"].time < found["snap"].time
+    with pytest.raises(ValueError, match=r"folds\[0\]: elements = 4"):
+        der.modes.events(elastica.simulate(beam), elastica.folds(beam, elements=4))

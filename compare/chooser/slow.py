@@ -47,7 +47,7 @@ def predicted(scene: Scene, tolerance: float) -> Settled | None:
     except (SceneError, SolverError):
         # a run says what is the matter, or gets there
         return None
-    value, error = fold + delay.angle, doubt + abs(scene.rate) * delay.error
+    value, error = fold + delay.angle, doubt + delay.angle_error
     # what comes after a stop is no matter of a ramp
     beyond = scene.stop is not None and abs(value) + error > abs(scene.stop)
     if not error <= tolerance or beyond:

@@ -25,9 +25,11 @@ class Boundary:
     Attributes
     ----------
     along: "rate" or "damping", which varies; `other` is the value of the one that does not.
-    value, doubt: where it changes, and how far it may be from there.
+    value, doubt: where it changes on `mesh`, and how far it may be from there on that mesh.
     low, high: ends of the band in which both outcomes come, equal to each other where it is a point.
     below, above: outcomes on its two sides.
+    mesh: nodes or elements of the runs.  Another mesh, and the limit of them (`threshold`), may
+        be some percent away.
     """
 
     along: str
@@ -38,6 +40,7 @@ class Boundary:
     high: float
     below: str
     above: str
+    mesh: int
 
     @property
     def band(self) -> bool:

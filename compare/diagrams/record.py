@@ -46,7 +46,7 @@ class Diagram(Value):
         separates two; "mixed" where none does, however many runs: only these cells are undetermined;
         empty where no run ended.
     failed: the runs that did not end.
-    boundaries: where the outcome changes, solved for between sure cells.
+    boundaries: where the outcome changes, solved for between sure cells, on the mesh of the runs.
     samples: every run, row by row and cell by cell.
     folds: alpha_c1 and alpha_c2, rad.
     predicted: curves that need no simulation, by name: (k, 2) rates and dampings.

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from compare.models import MODELS, warm_up
+from compare.models import MESH, MODELS, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, SceneError
 from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
@@ -18,7 +18,7 @@ from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
 from .edges import Boundary, Line, search
 from .predictions import predictions
 from .record import Diagram, Failed
-from .runs import Ground, Sample, cost_of, ground, require_runs, samples_of
+from .runs import Ground, Sample, cost_of, ground, mesh_of, require_runs, samples_of
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
 
 SAMPLES, MOST_SAMPLES = 24, 4096
@@ -87,8 +87,9 @@ def _boundaries(base: Ground, rates: Any, dampings: Any, names: Any, sweep: Swee
         return [found[0].outcome for found in sweep("boundaries", samples_of, tasks, cost=cost_of)]
 
     search(lines, run)
+    mesh = mesh_of(base.model, base.policy)[MESH[base.model]]
     return tuple(
-        Boundary(along, fixed, *told)
+        Boundary(along, fixed, *told, mesh)
         for line, (along, fixed) in zip(lines, what, strict=True)
         for told in line.found()
     )
@@ -181,7 +182,7 @@ def skipping_diagram(
     model: "der" or "kirchhoff".
     ribbon: the default `Ribbon` if None.
     samples: runs of a cell at the most; 1 is its centre alone.
-    boundaries: whether changes between sure cells are solved for, to 1 %.
+    boundaries: whether changes between sure cells are solved for, to 1 % on the mesh of the runs.
     seed: of the scrambled points.
     sweep: runs the tasks; by default on one worker process a processor, and keeps nothing.
     policy: of the model's `simulate`: nodes or elements, tolerance, method, ...

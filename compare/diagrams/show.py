@@ -12,10 +12,12 @@ import numpy as np
 from compare.face.frames import library
 from compare.face.section import Table
 from compare.face.style import drawn, figure
+from compare.models import MESH
 from ribbonfem.values import html_table
 
 from .predictions import TYPE_1, TYPE_2
 from .record import Diagram
+from .runs import mesh_of
 
 COLOURS = {
     "no skip": "#2a9d5c",
@@ -77,10 +79,11 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
 
 
 def label(diagram: Diagram) -> str:
-    """Compression, shear, stop, model."""
-    scene = diagram.scene
+    """Compression, shear, stop, model and mesh."""
+    scene, mesh = diagram.scene, mesh_of(diagram.model, diagram.policy)
     stop = "" if scene.stop is None else f", stop {scene.stop:g}"
-    return f"({scene.compression:.2f}, {scene.shear:.2f}){stop}, {diagram.model}"
+    size = f"{mesh[MESH[diagram.model]]} {MESH[diagram.model]}"
+    return f"({scene.compression:.2f}, {scene.shear:.2f}){stop}, {diagram.model}, {size}"
 
 
 def summary(diagrams: Sequence[Diagram]) -> Table:

@@ -68,7 +68,7 @@ def main(
         measured=tuple(snap[1] - form.angle if snap else float("nan") for snap in snaps),
         leading=tuple(delay.angle for delay in leading),
         next_order=tuple(delay.angle for delay in better),
-        errors=tuple(rate * delay.error for rate, delay in zip(rates, better, strict=True)),
+        errors=tuple(delay.angle_error for delay in better),
     )
 
 

@@ -153,7 +153,7 @@ def measure(name: str, form: NormalForm, damping: float, rate: float, found: Lea
     """Ramp a system through its fold and return by how much the snap is late."""
     system = SYSTEMS[name]
     delay, further = predict(form, rate, damping), next_order(form, found, rate, damping)
-    said: dict[str, Any] = {"next_order": further.angle, "error": rate * further.error}
+    said: dict[str, Any] = {"next_order": further.angle, "error": further.angle_error}
     seconds, problem = 0.0, ""
     # a stop soon after the snap: what rings after it is not looked at
     for room in (1.15, 2.0, 4.0):

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem.results import MESH, Array, Branch, Fold, SolverError
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Ribbon, Scene
 
 from .corrector import Point, Problem, State, Steps, first_point
-from .tracing import Event, trace
+from .tracing import Event, Segment, at_parameter, trace
 
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
 _NEARLY_PLANAR = 1e-3
+# tolerance of Newton times EI1 / EI2: that of the default ribbon is the usual one
+_BENDING = 4e-5
 
 
 def steps_for(scene: Scene) -> Steps:
@@ -25,7 +27,19 @@ def steps_for(scene: Scene) -> Steps:
     Nearly without shear the sheets of the planar curve's broken pitchforks lie so close that only
     short turns stay on one of them.
     """
-    return Steps(turn=0.1) if 0.0 < abs(scene.shear) < _NEARLY_PLANAR else Steps()
+    if scene.planar:
+        return Steps()
+    turn = 0.1 if abs(scene.shear) < _NEARLY_PLANAR else Steps.turn
+    return Steps(turn=turn, tolerance=tolerance_for(scene.ribbon))
+
+
+def tolerance_for(ribbon: Ribbon) -> float:
+    """`Steps.tolerance` for a ribbon in three dimensions.
+
+    A point's tangent and index come from the state one increment before it.  One that bends the ribbon
+    in its plane changes the forces by EI1 / EI2 times as much, and the signs with them.
+    """
+    return min(Steps.tolerance, _BENDING / ribbon.bending_ratio)
 
 
 @dataclass(frozen=True)
@@ -125,6 +139,16 @@ def whole_curve(
     )
 
 
+def _landing(problem: Problem[State], segment: Segment[State], reached: Point[State], steps: Steps) -> float:
+    """The height on a segment where it has the parameter of `reached`; of its sign at least."""
+    start, end = (problem.observe(p.state, p.parameter)[0] for p in (segment.start, segment.end))
+    if start * end > 0.0:
+        return end
+    after = segment.events[-1].point.step if segment.events else 0.0
+    point = at_parameter(problem, segment, reached.parameter, steps, after)
+    return problem.observe(point.state, point.parameter)[0]
+
+
 def ramp_folds(
     problem: Problem[State],
     state: State,
@@ -143,6 +167,7 @@ def ramp_folds(
     SolverError
         If the state loses its stability at a branch point: the ramp then leaves this curve.
     """
+    steps = steps or steps_for(scene)
     sign = 1.0 if scene.rate > 0.0 else -1.0
     limit = 2.0 * np.pi if scene.stop is None else abs(scene.stop)
     point = first_point(problem, state, 0.0, sign)
@@ -157,8 +182,11 @@ def ramp_folds(
             ends = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
             if segment.end.index or ends[0] * ends[1] > 0.0:
                 continue
-            heights = [problem.observe(p.state, p.parameter)[0] for p in (reached, segment.end)]
-            if heights[0] * heights[1] < 0.0:
+            if (
+                problem.observe(reached.state, reached.parameter)[0]
+                * _landing(problem, segment, reached, steps)
+                < 0.0
+            ):
                 break
             if ends[1] < ends[0]:
                 raise SolverError(

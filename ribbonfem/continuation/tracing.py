@@ -10,7 +10,7 @@ Bifurcations of Dynamical Equilibria", SIAM 2000.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -34,6 +34,9 @@ from .corrector import (
 
 # what 1 - cos may be between the last two vectors of an inverse iteration
 _ALIGNED = 1e-15
+# parts of a step's largest rate of the parameter: where it is below the first at an end, or below the second
+# between the ends, the step is halved, down to the third part of `Steps.first`
+_STATIONARY, _NEARLY, _CLOSEST = 0.02, 0.1, 1e-3
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,8 @@ def _branch_point(
     vector = problem.weight * _null_vector(end.linearisation, problem.weight)
     base = inside(problem, base, end)
     found = {0.0: base, end.step: end}
+    # increments along the null vector are rounding here; what they leave, the fresh tangent does not show
+    steps = replace(steps, tolerance=max(steps.tolerance, Steps.tolerance))
 
     def test(step: float) -> float:
         if step not in found:
@@ -238,6 +243,24 @@ def _events(
         return None
     event = _branch_point(problem, base, end, steps)
     return None if event is None else (event,)
+
+
+def _may_turn_twice(base: Point[State], end: Point[State], steps: Steps) -> bool:
+    """Whether the parameter may turn forth and back inside a step with one direction at both its ends.
+
+    So it does near a pitchfork, a^3 - m a = p: on a step longer than the root of m.  The cubic
+    through both ends tells, as long as the step is not much longer than that: then one of the ends, or
+    a place between them, lies near a stationary parameter, which is looked at more closely.
+    """
+    step, sign = end.step, np.sign(base.rate)
+    first, last = sign * base.rate, sign * end.rate
+    if last <= 0.0 or step < _CLOSEST * steps.first:
+        return False
+    most, mean = max(first, last), sign * (end.parameter - base.parameter) / step
+    if min(first, last) < _STATIONARY * most:
+        return True
+    bend, change = 3.0 * (first + last - 2.0 * mean), 3.0 * mean - 2.0 * first - last
+    return 0.0 < -change < bend and first - change**2 / bend < _NEARLY * most
 
 
 def _ended(
@@ -295,9 +318,10 @@ def trace(
     curves that go on through ever higher modes and never leave the span.
 
     A step is taken again at half its length if Newton fails, if its first correction is large,
-    if the tangent turns by more than `steps.turn`, or if the number of unstable directions
-    changes by more than the events found in it explain: each of these may mean that the step
-    landed on another curve.  The last point lies on the edge of the span, or is the first one.
+    if the tangent turns by more than `steps.turn`, if the parameter may turn twice inside it, or if
+    the number of unstable directions changes by more than the events found in it explain: the step
+    may have landed on another curve, or passed two folds.  The last point lies on the edge of the
+    span, or is the first one.
 
     Raises
     ------
@@ -318,7 +342,8 @@ def trace(
                 cosine = float(problem.weight @ (base.direction * end.direction))
                 cosine += problem.parameter_weight * base.rate * end.rate
                 turn = float(np.arccos(min(1.0, max(-1.0, cosine))))
-                events = _events(problem, base, end, steps) if turn <= steps.turn else None
+                doubtful = turn > steps.turn or _may_turn_twice(base, end, steps)
+                events = None if doubtful else _events(problem, base, end, steps)
                 if events is not None:
                     segment = _ended(problem, point, Segment(base, end, events), span, steps)
                     break

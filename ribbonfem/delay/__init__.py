@@ -47,8 +47,11 @@ to none (`lead`).  So
 tau in s inside the logarithm.  Left out are: the next terms of the normal form, gamma^2 or beta^2 tau^-3, and
 what T0 shows of y^4; the ramp's going on while the ribbon is far from the fold, T0 times
 P rate T_s T0^4 / 36; and the lowest mode's ringing from the clamp's start, which reaches the fold with
-tau^(7/2) P rate / omega^(5/2), less its damping.  `Delay.error` adds their sizes, with factors that
-were measured on beams and on ribbons; it is the size of a correction and no bound.
+tau^(7/2) P rate / omega^(5/2), less its damping.  The errors of a `Delay` add their sizes, with factors that
+were measured on beams and on ribbons (where friction rules the first two show their signs): the size of
+a correction, and no bound.  Where it is as large as the delay (nu in the thousands, or fast ramps),
+all that is left of the prediction is that the snap comes between the fold and 1.1 times the leading
+order's delay.
 """
 
 from .cubic import cubic_curve, escape_time

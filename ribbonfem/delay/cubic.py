@@ -14,25 +14,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from ribbonfem.policy import number, positive, refuse
-from ribbonfem.results import Array, SolverError
+from ribbonfem.results import Array
 
-from .curve import _ABSOLUTE, _RELATIVE, _START, _TERMS, _Left, _outer, outer_series
+from .collocation import integrate
+from .curve import _START, _TERMS, PAST, _outer, outer_series
 
 # of ln y in the time, and Lambda beyond which the finite part follows its logarithm
 LOGARITHM, _FRICTION = 18.0 / 35.0, 1e4
 # where the integration towards infinity ends, over the square root of the inertia; what is left is
 # the square of it
 _DEEP = 1e-4
-
-
-def _method(inertia: float) -> Literal["LSODA", "Radau"]:
-    return "LSODA" if inertia > 2.4e-4 else "Radau"
 
 
 def _to_infinity(
@@ -47,8 +42,8 @@ def _to_infinity(
     root = 0.5 / (fast**3 * inertia)
     logarithm = 2.0 * LOGARITHM * friction
 
-    def far(y: float, u: Array) -> list[float]:
-        x, speed = math.exp(y), math.exp(u[1])
+    def far(y: Array, u: Array) -> Array:
+        x, speed = np.exp(y), np.exp(u[1])
         push = ramp * u[0] * x**4 + 1.0
         scale = 1.0 / (inertia * speed**2)
         shift = u[2] - root / x + logarithm * y
@@ -62,21 +57,20 @@ def _to_infinity(
                 - 2.0 * u[3] * (push - friction * speed * x)
             )
         )
-        return [
-            -2.0 * x / speed,
-            3.0 - 2.0 * scale * (push - friction * speed * x),
-            2.0 * u[3] / (x * speed) - root / x - logarithm,
-            2.0 * u[3] + change,
-        ]
+        return np.stack(
+            (
+                -2.0 * x / speed,
+                3.0 - 2.0 * scale * (push - friction * speed * x),
+                2.0 * u[3] / (x * speed) - root / x - logarithm,
+                2.0 * u[3] + change,
+            )
+        )
 
     end = math.log(min(_DEEP, _DEEP * math.sqrt(inertia)))
     first = math.log(x0)
     begin = [start[0], start[1], start[2] + root / x0 - logarithm * first, start[3] * x0**2]
-    run = solve_ivp(far, (first, end), begin, method=_method(inertia), rtol=_RELATIVE, atol=_ABSOLUTE)
-    if not run.success:
-        raise SolverError(f"the normal form was not integrated to its end: {run.message}")
-    last = run.y[:, -1]
-    slope = far(end, last)
+    last = integrate(far, first, end, np.array(begin))
+    slope = far(np.array([end]), last[:, None])[:, 0]
     # both tend to their ends linearly in x
     return float(last[0] - slope[0]), float(last[2] - slope[2])
 
@@ -104,33 +98,18 @@ def cubic_curve(damping: float) -> float:
 
 
 def _cubic_curve(inertia: float, friction: float) -> float:
-    def near(t: float, y: Array) -> list[float]:
+    def near(t: Array, y: Array) -> Array:
         a, da, b, db = y
-        return [
-            da,
-            (t + a * a - friction * da) / inertia,
-            db,
-            (2.0 * a * b + a**3 - friction * db) / inertia,
-        ]
+        push, more = t + a * a - friction * da, 2.0 * a * b + a**3 - friction * db
+        return np.stack((da, push / inertia, db, more / inertia))
 
     begin = (*_outer(inertia, friction, _START), *_outer_cubic(inertia, friction, _START))
-    run = solve_ivp(
-        near,
-        (-_START, 20.0),
-        begin,
-        events=_Left(),
-        method=_method(inertia),
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-    )
-    if run.status != 1:
-        raise SolverError(f"the cubic normal form was not integrated: {run.message}")
-    t, (a, da, b, db) = float(run.t[-1]), run.y[:, -1]
+    a, da, b, db = map(float, integrate(near, -_START, PAST, np.array(begin)))
     shift = -b / da
     # at the same a, not at the same t
-    faster = db + shift * (t + a * a - friction * da) / inertia
+    faster = db + shift * (PAST + a * a - friction * da) / inertia
     x0 = a**-0.5
-    return _to_infinity(inertia, friction, 1.0, x0, (t, math.log(da * x0**3), shift, faster / da))[1]
+    return _to_infinity(inertia, friction, 1.0, x0, (PAST, math.log(da * x0**3), shift, faster / da))[1]
 
 
 def _outer_cubic(inertia: float, friction: float, s: float) -> tuple[float, float]:
@@ -187,27 +166,18 @@ def _unstable(inertia: float, friction: float, gamma: float) -> tuple[float, flo
         fast = math.sqrt(2.0 / (3.0 * inertia))
         return math.log(fast) + 0.5 * math.log1p(0.75 * gamma), 0.375 / (1.0 + 0.75 * gamma)
 
-    def along(z: float, u: Array) -> list[float]:
-        root, speed = math.exp(0.5 * z), math.exp(u[0])
+    def along(z: Array, u: Array) -> Array:
+        root, speed = np.exp(0.5 * z), np.exp(u[0])
         scale = 1.0 / (inertia * speed**2)
         drag = friction * speed / root
         push = 1.0 + gamma * root**2
-        return [
-            scale * (push - drag) - 1.5,
-            scale * (root**2 - drag * u[1] - 2.0 * u[1] * (push - drag)),
-        ]
+        slope = root**2 - drag * u[1] - 2.0 * u[1] * (push - drag)
+        return np.stack((scale * (push - drag) - 1.5, scale * slope))
 
     start = 1e-4 * min(1.0, friction**2 / inertia)
-    slow = start**0.5 / friction * (1.0 - 2.0 * start * inertia / friction**2)
-    run = solve_ivp(
-        along,
-        (math.log(start), 0.0),
-        [math.log(slow), start],
-        # (it changes to stiff steps by itself: the slow solution draws all others to it)
-        method="LSODA",
-        rtol=1e-10,
-        atol=1e-11,
-    )
-    if not run.success:
-        raise SolverError(f"the escape of the normal form was not integrated: {run.message}")
-    return float(run.y[0, -1]), float(run.y[1, -1])
+    # the slow solution: a start beside it would be drawn to it within 1 / stiffness
+    late = start * inertia / friction**2
+    slow = start**0.5 / friction * (1.0 + gamma * start - 2.0 * late + 10.0 * late**2)
+    change = start * (1.0 - 3.0 * late) / (1.0 + gamma * start)
+    speed, change = integrate(along, math.log(start), 0.0, np.array([math.log(slow), change]))
+    return float(speed), float(change)

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebval
-from scipy.integrate import solve_ivp
 
 from ribbonfem.policy import number, refuse
-from ribbonfem.results import Array, SolverError
+from ribbonfem.results import Array
 
-# where the outer solution starts (its series has lost 1e-12 there) and where it has left the fold
-_START, _LEFT = 30.0, 10.0
+from .collocation import integrate
+
+# how long before the fold the outer solution starts (its series has lost 1e-12 there); and how long after it
+# the solution has left the fold, 0.5 <= a <= 2 whatever Lambda is, in the unit of time of Lambda
+_START, PAST = 30.0, 1.8
 _TERMS = 24
 # Lambda beyond which f is that of Airy's equation to 1e-8, and the first zero of Airy's function
 _AIRY, _FIRST_ZERO = 1e6, 2.338107410459767
-_RELATIVE, _ABSOLUTE = 1e-11, 1e-12
 # Chebyshev series of log(f / (1 + Lambda)^(2/3)) in log(1 + Lambda), Lambda from 0 to _FITTED:
 # the interpolant of `universal` at 16 Chebyshev points
 _FITTED = 1e3
@@ -26,15 +26,6 @@ _SERIES = (
     *(0.92486487, -0.13806499, 0.09811942, -0.04992682, 0.01627768, -0.00190809, -0.00115807, 0.00072896),
     *(-1.49e-4, -3.595e-5, 3.462e-5, -9.15e-6, -1.04e-6, 1.68e-6, -5.3e-7, 1e-8),
 )
-
-
-class _Left:
-    """The event of leaving the fold, for scipy."""
-
-    terminal = True
-
-    def __call__(self, t: float, y: Array) -> float:
-        return float(y[0]) - _LEFT
 
 
 def outer_series(inertia: float, friction: float) -> Array:
@@ -63,8 +54,8 @@ def _outer(inertia: float, friction: float, s: float) -> tuple[float, float]:
 def universal(damping: float) -> float:
     """f(Lambda), the time at which the solution of the normal form leaves to infinity.
 
-    To a relative 1e-8: an integration in time to a = 10, then one in a^(-1/2), in which the
-    end is a regular point.  Above Lambda = 1 time is counted in Lambda^(2/3).
+    To a relative 1e-10: an integration in time to where a is positive, then one in a^(-1/2), in
+    which the end is a regular point.  Above Lambda = 1 time is counted in Lambda^(2/3).
 
     Parameters
     ----------
@@ -100,46 +91,21 @@ def _universal(damping: float) -> float:
     inertia, friction, unit = 1.0, damping, 1.0
     if damping > 1.0:
         inertia, friction, unit = damping ** (-5.0 / 3.0), 1.0, damping ** (2.0 / 3.0)
-    # up to Lambda = 150 the multistep method needs a tenth of the time; beyond, it does not get through
-    method: Literal["LSODA", "Radau"] = "LSODA" if inertia > 2.4e-4 else "Radau"
 
-    def near(t: float, y: Array) -> list[float]:
-        return [y[1], (t + y[0] ** 2 - friction * y[1]) / inertia]
+    def near(t: Array, y: Array) -> Array:
+        return np.stack((y[1], (t + y[0] ** 2 - friction * y[1]) / inertia))
 
-    first = solve_ivp(
-        near,
-        (-_START, 20.0),
-        _outer(inertia, friction, _START),
-        events=_Left(),
-        method=method,
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-    )
-    if first.status != 1:
-        raise SolverError(f"the normal form was not integrated at Lambda = {damping:g}: {first.message}")
-    # the event that ended the integration is its last point
-    t, a, rate = float(first.t[-1]), float(first.y[0, -1]), float(first.y[1, -1])
+    a, rate = integrate(near, -_START, PAST, np.array(_outer(inertia, friction, _START)))
 
     # x = a^(-1/2), log x the variable; P = a' x^3 tends to sqrt(2 / (3 inertia)); where friction
     # rules a' ~ a^2 and P ~ 1/x: its logarithm is the smoother unknown
-    def far(y: float, u: Array) -> list[float]:
-        x, speed = math.exp(y), math.exp(u[1])
+    def far(y: Array, u: Array) -> Array:
+        x, speed = np.exp(y), np.exp(u[1])
         force = (u[0] * x**4 + 1.0 - friction * speed * x) / (inertia * speed**2)
-        return [-2.0 * x / speed, 3.0 - 2.0 * force]
+        return np.stack((-2.0 * x / speed, 3.0 - 2.0 * force))
 
     x0 = a**-0.5
     # deep enough for inertia to rule in the end, whatever it is
     last = math.log(min(1e-7, 1e-7 * math.sqrt(inertia)))
-    span = (math.log(x0), last)
-    second = solve_ivp(
-        far,
-        span,
-        [t, math.log(rate * x0**3)],
-        method=method,
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-    )
-    if not second.success:
-        raise SolverError(f"the normal form was not integrated at Lambda = {damping:g}: {second.message}")
-    rest = 2.0 * math.exp(last) / math.exp(float(second.y[1, -1]))
-    return unit * (float(second.y[0, -1]) + rest)
+    t, speed = integrate(far, math.log(x0), last, np.array([PAST, math.log(rate * x0**3)]))
+    return unit * float(t + 2.0 * math.exp(last - speed))

@@ -20,13 +20,21 @@ class Delay:
     time: s.
     angle: rad, with the sign of the rate.
     damping: Lambda, below 1 inertial and above overdamped.
-    error: estimate of what the time leaves out, s; infinite where nobody made one, as in the leading order.
+    time_error: estimate of what the time leaves out, s; infinite where nobody made one, as in the leading
+        order.
+    angle_error: the same of the angle, rad.
     """
 
     time: float
     angle: float
     damping: float
-    error: float = math.inf
+    time_error: float = math.inf
+    angle_error: float = math.inf
+
+    @property
+    def error(self) -> float:
+        """`time_error`, in s: its name before the angle had one too."""
+        return self.time_error
 
 
 def predict(fold: NormalForm, rate: float, damping: float) -> Delay:

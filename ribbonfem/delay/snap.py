@@ -23,7 +23,9 @@ _FARTHEST = 0.015
 # so many starts are tried, each nearer to the fold
 _ATTEMPTS = 3
 # factors of the terms left out (`ribbonfem.delay`), measured
-_SECOND, _REST, _INERTIAL, _RINGING = 4.0, 1.5, 0.25, 1.5
+_INERTIA, _LEAST, _BENT, _REST, _INERTIAL, _RINGING = 4.0, 0.4, 0.45, 1.46, 0.25, 2.0
+# of the delay by the leading order, the longest that was measured and some more
+_LATEST = 1.1
 
 
 class Model(Protocol):
@@ -179,10 +181,14 @@ def next_order(form: NormalForm, found: Lead, rate: float, damping: float) -> De
     tau = (form.product * rate) ** -0.2
     bend = form.cubic * (cubic_curve(first.damping) / tau - 2.0 * LOGARITHM * damping * math.log(tau))
     time = first.time + bend - 0.5 * form.mixed * damping - found.time
-    return Delay(time, rate * time, first.damping, _left_out(form, found, rate, damping, first, time))
+    # no snap comes before its fold, and hardly one after the leading order's
+    latest = _LATEST * first.time
+    time = min(max(time, 0.0), latest)
+    error = min(_left_out(form, found, rate, damping, first), max(time, latest - time))
+    return Delay(time, rate * time, first.damping, error, abs(rate) * error)
 
 
-def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first: Delay, time: float) -> float:
+def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first: Delay) -> float:
     """Size of what `next_order` leaves out, s: see the derivation in `ribbonfem.delay`."""
     scaled = form.product * rate
     tau = scaled**-0.2
@@ -190,14 +196,13 @@ def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first:
     # of y and of time in the inner problem
     size, unit = slow ** (1.0 / 3.0) / tau**2, tau * slow ** (2.0 / 3.0)
     bends = max(form.cubic**2, form.mixed**2)
-    second = _SECOND / min(slow, 20.0) * bends * size**2 * unit
-    second += _REST * abs(found.remainder) * size**found.power
+    bent, rest = bends * size**2 * unit, found.remainder * size**found.power
+    # where friction rules the two have signs, and what they have in common cancels
+    second = (_INERTIA / slow + _LEAST) * bent + abs(_BENT * bent + _REST * rest)
     # the ramp goes on while the ribbon is far from the fold
     far = max((6.0 / found.reach) ** 0.5 * _INERTIAL, damping / found.reach)
     outside = far * scaled * first.time / found.reach**2
     # the clamp's start sets the lowest mode ringing, at the fold with what damping leaves of it
     ringing = _RINGING * tau**3.5 * abs(scaled) * found.frequency**-2.5
     ringing *= math.exp(-0.5 * damping * abs(form.angle / rate))
-    size = found.error + math.sqrt(second**2 + outside**2 + ringing**2)
-    # no snap comes before its fold, and hardly one after the leading order's
-    return min(size, abs(time) + 1.1 * first.time)
+    return found.error + math.sqrt(second**2 + outside**2 + ringing**2)

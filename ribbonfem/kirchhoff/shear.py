@@ -13,6 +13,7 @@ from ribbonfem.scene import Scene
 
 from . import states
 from .problem import Frames, Statics
+from .symmetric import Symmetric
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,9 @@ def pitchforks(scene: Scene, *, elements: int, extensible: bool) -> Pitchforks:
     """The shears at which states of the scene's ribbon and compression fork at alpha = 0."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
-    steps = states.shear_steps(scene.compression)
+    steps = states.shear_steps(problem)
     broken = merged = restored = None
-    for segment in states.unbroken(problem, limit, steps):
+    for segment in states.unbroken(Symmetric(problem, "U"), limit, steps):
         for event in segment.events:
             if segment.end.index > segment.start.index and broken is None:
                 broken = event
@@ -87,11 +88,10 @@ def _unmerging(problem: Statics, start: Point[Frames]) -> list[Point[Frames]]:
     On the side of S the eigenvalue passes through 0 with a slope, on that of US it does not.
     """
     points: list[Point[Frames]] = []
-    first = first_point(problem, start.state, start.parameter, -1.0)
+    even = Symmetric(problem, "S")
+    first = first_point(even, start.state, start.parameter, -1.0)
     compression = problem.clamps.compression
-    for segment in trace(
-        problem, first, (0.0, states.most_shear(compression)), states.shear_steps(compression), 8
-    ):
+    for segment in trace(even, first, (0.0, states.most_shear(compression)), states.shear_steps(problem), 8):
         if segment.events:
             return [*points, segment.events[0].point]
         points.append(segment.end)
@@ -102,10 +102,10 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     """U+, U+S and S of the scene's ribbon and compression against the shear, from 0 to its limit."""
     problem = states.in_shear(scene, elements, extensible)
     limit = states.most_shear(scene.compression)
-    steps = states.shear_steps(scene.compression)
+    steps = states.shear_steps(problem)
     u: list[Point[Frames]] = []
     event: Event[Frames] | None = None
-    for segment in states.unbroken(problem, limit, steps):
+    for segment in states.unbroken(Symmetric(problem, "U"), limit, steps):
         u += [segment.end] if u else [segment.start, segment.end]
         if event is None and segment.events and segment.end.index > segment.start.index:
             event = segment.events[0]
@@ -121,8 +121,9 @@ def shear_curves(scene: Scene, *, elements: int, extensible: bool) -> tuple[Shea
     curves.append(_curve("US", problem, us))
     if tip is not None:
         first = states.merged(problem, tip, limit)
-        up = first_point(problem, first.state, first.parameter, 1.0)
-        above = [s.end for s in trace(problem, up, (0.0, limit), steps, 8)]
+        even = Symmetric(problem, "S")
+        up = first_point(even, first.state, first.parameter, 1.0)
+        above = [s.end for s in trace(even, up, (0.0, limit), steps, 8)]
         curves.append(_curve("S", problem, [*_unmerging(problem, first)[::-1], first, *above]))
     return tuple(curves)
 

@@ -21,20 +21,23 @@ from ribbonfem.continuation import (
     Point,
     Segment,
     Steps,
-    at_parameter,
     equilibrium,
     first_point,
     switch,
     trace,
 )
+from ribbonfem.continuation.curves import tolerance_for
 from ribbonfem.elements.lobatto import interpolation
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
 from .problem import Clamps, Frames, Statics
+from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
 _FLAT = 1e-7
+# dW/L from a fork within which states may not be told apart, and z(1/2)/L of US that near to its tip
+_RESOLVED, _MERGING = 1e-6, 1e-2
 # elements of the mesh on which a start is first looked for
 _COARSE = 4
 _FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
@@ -81,10 +84,10 @@ def most_shear(compression: float) -> float:
     return 0.98 * _taut(compression)
 
 
-def shear_steps(compression: float) -> Steps:
+def shear_steps(problem: Statics) -> Steps:
     """Steps that are short against the range of feasible shears."""
-    limit = _taut(compression)
-    return Steps(first=0.02 * limit, largest=0.1 * limit)
+    limit = _taut(problem.clamps.compression)
+    return Steps(first=0.02 * limit, largest=0.1 * limit, tolerance=tolerance_for(problem.ribbon))
 
 
 def _strides(compression: float) -> Steps:
@@ -178,17 +181,18 @@ def merged(problem: Statics, tip: Point[Frames], limit: float) -> Point[Frames]:
     """The state S at a shear a little past the tip of US, or at `limit`, from the state at the tip."""
     g = tip.state.g + tip.state.g[::-1]
     guess = Frames(g / np.linalg.norm(g, axis=1)[:, None], tip.state.force)
-    # the symmetric guess stays symmetric, and in that space nothing is singular at the tip
+    # among symmetric states nothing is singular at the tip
+    even = Symmetric(problem, "S")
     for past in (0.02, 0.005, 0.001):
         # stiff ribbons ask for a closer guess
         shear = min(limit, tip.parameter + past * np.sqrt(problem.clamps.compression))
         try:
-            state, _ = equilibrium(problem, guess, shear)
+            state, _ = equilibrium(even, guess, shear)
             break
         except SolverError:
             if past == 0.001:
                 raise
-    return first_point(problem, state, shear, 1.0)
+    return first_point(even, state, shear, 1.0)
 
 
 def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
@@ -202,28 +206,48 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         return {"U": (state, max(line.index, int(problem.one_stiffness)))}
     found: dict[str, tuple[Frames, int]] = {}
     events: list[Event[Frames]] = []
-    steps = shear_steps(problem.clamps.compression)
-    for segment in unbroken(problem, shear, steps):
-        events.extend(segment.events)
+    steps = shear_steps(problem)
+    for segment in unbroken(Symmetric(problem, "U"), shear, steps):
+        events.extend(event for event in segment.events if event.kind == "branch point")
         if segment.last == "span":
             found["U"] = segment.end.state, segment.end.index
     for event in events:
-        if event.kind != "branch point" or "US" in found or "S" in found:
-            continue
-        fork = fork_of(problem, event, shear, steps)
-        if fork is None:
-            continue
-        point, tip = fork
-        if tip is None:
-            found["US"] = point.state, point.index
-            continue
-        point = merged(problem, tip, shear)
-        if point.parameter < shear:
-            for segment in trace(problem, point, (-shear, shear), steps, 8):
-                point = segment.end
-        if point.parameter == shear:
-            found["S"] = point.state, point.index
+        if len(found) < 2:
+            found |= _forked(problem, event, shear, steps)
+    if "U" in found and events and shear - events[0].point.parameter < _RESOLVED:
+        # rounding would decide: stable itself, or what is resolved beside it
+        found["U"] = found["U"][0], int("US" in found)
     return found
+
+
+def _forked(
+    problem: Statics, event: Event[Frames], shear: float, steps: Steps
+) -> dict[str, tuple[Frames, int]]:
+    """The state US or S at a shear, with its index, on the curve that forks from U at `event`; or none.
+
+    So near to the tip of US that it is not resolved beside S, this one stands for both.
+    """
+    tip = last = None
+    try:
+        for segment in forked(problem, event, shear, steps):
+            last, tip = segment.end, tip_of(problem, segment)
+            if tip is None and segment.last and last.parameter == shear:
+                return {"US": (last.state, last.index)}
+    except SolverError:
+        if shear - event.point.parameter < _RESOLVED:
+            return {}
+        if last is None or abs(problem.observe(last.state, last.parameter)[0]) > _MERGING:
+            raise
+        tip = last
+    if tip is None:
+        return {}
+    point = merged(problem, tip, shear)
+    if point.parameter < shear:
+        for segment in trace(Symmetric(problem, "S"), point, (-shear, shear), steps, 8):
+            point = segment.end
+    if point.parameter != shear:
+        return {}
+    return {"S": (point.state, 0 if abs(shear - tip.parameter) < _RESOLVED else point.index)}
 
 
 def _stable(found: dict[str, tuple[Frames, int]]) -> list[str]:
@@ -341,7 +365,8 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
             f"{scene.compression!r}, shear = {scene.shear!r}; the states that are: "
             f"{', '.join(allowed) or 'none'}"
         )
-    state = found[next(family for family, names in _FAMILIES.items() if scene.start in names)][0]
+    family = next(family for family, names in _FAMILIES.items() if scene.start in names)
+    state = found[family][0]
     # two symmetries reach every sign
     images = _images(sheared, state, shear)
     if scene.start not in images:
@@ -352,27 +377,9 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     state = images[scene.start]
     if scene.shear < 0.0:
         state = sheared_back(state)
-    return equilibrium(_in_angle(scene, elements, extensible), state, 0.0)[0]
-
-
-def landing(
-    problem: Statics, state: Frames, angle: float, folds: int, steps: Steps | None
-) -> tuple[list[Event[Frames]], Point[Frames] | None]:
-    """Follow the curve through a state, as alpha grows, past `folds` folds to the next point at `angle`.
-
-    Returns
-    -------
-    The folds passed, and the point; None if the curve ends before.
-    """
-    first = first_point(problem, state, 0.0, 1.0)
-    passed: list[Event[Frames]] = []
-    for segment in trace(problem, first, (-2.0 * np.pi, 2.0 * np.pi), steps):
-        turned = [event for event in segment.events if event.kind == "fold"]
-        passed += turned
-        if len(passed) < folds:
-            continue
-        # where the fold lies inside this segment, `angle` may also be met before it
-        near = turned[-1].point if turned else segment.start
-        if (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
-            return passed, at_parameter(problem, segment, angle, steps, near.step if turned else 0.0)
-    return passed, None
+    problem = _in_angle(scene, elements, extensible)
+    try:
+        return equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)[0]
+    except SolverError:
+        # at a fork, where it is as near to equilibrium as it can be told
+        return state

@@ -13,7 +13,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ribbonfem.continuation import Steps
+import numpy as np
+
+from ribbonfem.continuation import Event, Point, Steps, at_parameter, first_point, trace
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.policy import verb
@@ -223,6 +225,29 @@ def shear_curves(
     return shear.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
+def _landing(
+    problem: Statics, state: Frames, angle: float, folds: int, steps: Steps | None
+) -> tuple[list[Event[Frames]], Point[Frames] | None]:
+    """Follow the curve through a state, as alpha grows, past `folds` folds to the next point at `angle`.
+
+    Returns
+    -------
+    The folds passed, and the point; None if the curve ends before.
+    """
+    first = first_point(problem, state, 0.0, 1.0)
+    passed: list[Event[Frames]] = []
+    for segment in trace(problem, first, (-2.0 * np.pi, 2.0 * np.pi), steps):
+        turned = [event for event in segment.events if event.kind == "fold"]
+        passed += turned
+        if len(passed) < folds:
+            continue
+        # where the fold lies inside this segment, `angle` may also be met before it
+        near = turned[-1].point if turned else segment.start
+        if (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
+            return passed, at_parameter(problem, segment, angle, steps, near.step if turned else 0.0)
+    return passed, None
+
+
 @verb
 def saddle(
     scene: Scene,
@@ -253,7 +278,7 @@ def saddle(
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     scene = replace(scene, start="U+S-")
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    passed, point = states.landing(problem, start, angle, 1, steps)
+    passed, point = _landing(problem, start, angle, 1, steps or steps_for(scene))
     if point is None or point.index != 1 or angle > passed[0].point.parameter:
         fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
         raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
