@@ -242,8 +242,8 @@ def test_type_1_ends_where_energy_says():
     scene = Scene(compression=0.35, shear=0.40, start="U+S+", rate=0.03)
     rates, dampings = np.array([0.01, 0.1]), np.array([0.1, 30.0])
     base = runs.ground(scene, "der", {"nodes": 31})
-    curve, missing = predictions.predictions(base, rates, dampings)
-    assert not missing
+    curve = predictions.predictions(base, rates, dampings)
+    assert not curve.missing
     at = math.exp(np.interp(math.log(0.03), *np.log(curve[predictions.TYPE_1]).T))
     assert runs.run_of(base, 0.03, at / 1.15).outcome == "type 1"
     assert runs.run_of(base, 0.03, at * 1.15).outcome == "no skip"
@@ -260,7 +260,7 @@ def test_the_delays_of_a_diagram_are_the_delay():
 def test_type_2_begins_where_the_delay_reaches_the_second_fold():
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
     base = runs.ground(scene, "der", {"nodes": 31})
-    curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[0][predictions.TYPE_2]
+    curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[predictions.TYPE_2]
     form = der.normal_forms(scene, nodes=31)[0]
     window = base.folds[1].angle - base.folds[0].angle
     assert len(curve) > 10

@@ -59,7 +59,7 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     PolicyError
         For a tolerance or a quantity that cannot be, or one that the scene does not have.
     SceneError
-        If the ribbon stays flat, or a planar
+        If the motion is asked for and the scene has no `stop`; if the ribbon stays flat, or a planar
         one leaves its plane before its fold and the ramp's stop: a planar run would stay in it.
 
     Examples
@@ -79,6 +79,7 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
             refuse("quantity", quantity, f"needs a start with {there} in its name, not {scene.start!r}")
     if flag("motion", motion):
         choice("quantity", quantity, tuple(CROSSINGS))
+        scene.require_stop()
     # the reference of all errors stretches
     scene.require_buckled()
     scene.require_isolated()

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -146,25 +147,32 @@ def _type_1(ribbon: Swing, rates: Array, dampings: Array) -> Array:
     return np.array(found).reshape(-1, 2)
 
 
-def predictions(base: Ground, rates: Array, dampings: Array) -> tuple[Mapping[str, Array], Mapping[str, str]]:
-    """Curves (k, 2) of rates and dampings by name, and by name why one is not there."""
+class Curves(dict[str, Array]):
+    """Curves (k, 2) of rates and dampings by name; `missing` says by name why one is not there."""
+
+    missing: Mapping[str, str] = MappingProxyType({})
+
+
+def predictions(base: Ground, rates: Array, dampings: Array) -> Curves:
+    """What statics say of the lines in a diagram; what they do not offer is left out, and why is told."""
     model: Any = MODELS[base.model]
     window = base.folds[1].angle - base.folds[0].angle
-    if not hasattr(model, "normal_forms") or window <= 0.0:
-        why = "U+S- is gone before U+S+ is: nothing is skipped" if window <= 0.0 else "the model has none"
-        return {}, {TYPE_2: why, TYPE_1: why}
-    mesh = mesh_of(base.model, base.policy)
-    curves: dict[str, Array] = {}
-    why = ""
-    try:
-        form = model.normal_forms(base.scene, **mesh)[0]
-        late = late_by(form)
-        curves[TYPE_2] = _type_2(late, window, rates, dampings)
-        middle = replace(base.scene, damping=math.sqrt(dampings[0] * dampings[-1]))
-        curves[TYPE_1] = _type_1(swing(replace(base, scene=middle), form.angle, late, mesh), rates, dampings)
-    except SolverError as error:
-        # a curve that statics do not give is not drawn
-        why = " ".join(str(error).split())
-    missing = {name: why for name in (TYPE_2, TYPE_1) if name not in curves}
-    missing |= {name: "not within these axes" for name, curve in curves.items() if not len(curve)}
-    return curves, missing
+    curves, why = Curves(), ""
+    if window <= 0.0:
+        why = "U+S- is gone before U+S+ is: nothing is skipped"
+    elif not hasattr(model, "normal_forms"):
+        why = "the model has no normal forms"
+    else:
+        mesh = mesh_of(base.model, base.policy)
+        try:
+            form = model.normal_forms(base.scene, **mesh)[0]
+            late = late_by(form)
+            curves[TYPE_2] = _type_2(late, window, rates, dampings)
+            middle = replace(base, scene=replace(base.scene, damping=math.sqrt(dampings[0] * dampings[-1])))
+            curves[TYPE_1] = _type_1(swing(middle, form.angle, late, mesh), rates, dampings)
+        except SolverError as error:
+            # a curve that statics do not give is not drawn
+            why = " ".join(str(error).split())
+    outside = {name: "not within these axes" for name, curve in curves.items() if not len(curve)}
+    curves.missing = {name: why for name in (TYPE_2, TYPE_1) if name not in curves} | outside
+    return curves

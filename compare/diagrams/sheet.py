@@ -16,7 +16,7 @@ from ribbonfem import Ribbon, Scene, SceneError
 from ribbonfem.policy import PolicyError, choice, flag, positive, whole_number
 
 from .edges import Boundary, Line, search
-from .predictions import predictions
+from .predictions import Curves, predictions
 from .record import Diagram, Failed
 from .runs import Ground, Sample, cost_of, ground, mesh_of, require_runs, samples_of
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
@@ -135,7 +135,7 @@ def _diagram(
             doubt[j, i] = half_interval(max(counts), total)
             outcome[j, i] = name_of_cell(cell, len(cell) >= samples)
     every = tuple(sample for row in cells for cell in row for sample in cell)
-    curves, missing = predictions(base, x, y) if scene.stop is None else ({}, {})
+    curves = predictions(base, x, y) if scene.stop is None else Curves()
     return Diagram(
         kind="skipping" if scene.stop is None else "selection",
         rates=x,
@@ -150,7 +150,7 @@ def _diagram(
         samples=every,
         folds=(base.folds[0].angle, base.folds[1].angle),
         predicted=curves,
-        unpredicted=missing,
+        unpredicted=getattr(curves, "missing", {}),
         scene=scene,
         model=model,
         policy=dict(policy),

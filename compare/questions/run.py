@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from compare.chooser.choice import choose
+from compare.chooser.climb import endless
 from compare.chooser.plans import Answer, Choice
 from compare.face import vtu
 from compare.face.curve import Curve
@@ -104,7 +105,8 @@ def main(
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)
-    choice = choose(stated, tolerance, quantity, motion=motion)
+    # a motion needs a stop: it ends with the snap, and of a scene without one is gone on with then
+    choice = choose(endless(stated) if motion else stated, tolerance, quantity, motion=motion)
     progress = sweep.progress if sweep else Progress()
     (answer,) = (choice.run() for _ in progress("scene", [stated]))
     curve, history = None, answer.history
