@@ -96,6 +96,21 @@ def test_a_change_in_another_file_is_seen(tmp_path):
     assert found == [["3.0", "3"], ["3.0", "0"], ["4.0", "3"]]
 
 
+def test_functions_of_one_name_and_kind_of_arguments_stay_apart(tmp_path):
+    """One made here and one that was kept, or both kept: the code loaded first does not serve the other."""
+    for name, factor in (("one", "2.0"), ("other", "3.0")):
+        caller = CALLER.replace(".callee", f".{name}_callee")
+        package(tmp_path, **{f"{name}_callee": CALLEE.format(factor=factor), name: caller})
+    script = (
+        "from ribbonfem.kernels.one import called as one\n"
+        "from ribbonfem.kernels.other import called as other\n"
+        "print({})"
+    )
+    for calls in ("one(1.0)", "one(1.0), other(1.0)", "other(1.0), one(1.0)"):
+        out, _ = said(running(tmp_path, script.format(calls)))
+        assert out.split() == [{"one": "3.0", "other": "4.0"}[call[:-5]] for call in calls.split(", ")]
+
+
 def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
     """An installation over an older one finds code kept of arguments that it does not have any more."""
     package(

@@ -11,7 +11,6 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from ribbonfem.compiled.copies import copy
-from ribbonfem.kirchhoff.kernels import loop as kirchhoff
 from ribbonfem.stepping.kernels import (
     CLOCK_SIZE,
     FULL,
@@ -20,7 +19,6 @@ from ribbonfem.stepping.kernels import (
     ROWS,
     STEPS,
     Ramp,
-    beams,
 )
 from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, VELOCITY, Verbs
 from ribbonfem.stepping.kernels.loop import loop_of
@@ -211,11 +209,3 @@ def test_its_steps_adapt_its_energy_balances_and_a_resumed_run_is_the_same():
     assert np.ptp(rows[:, 3] + rows[:, 4] + rows[:, 5] - rows[:, 6]) < 1e-6
     again, _, _ = moved("esdirk4", tolerance=1e-8, room=17)
     assert np.array_equal(rows, again)
-
-
-def test_loops_of_one_kind_of_arguments_have_names_of_their_own():
-    """The code kept of two loops is loaded into one process: of one name they would be one function."""
-    names = {
-        loops.py_func.__qualname__ for loops in (LOOP, beams._loop, kirchhoff._loop, kirchhoff._mean_loop)
-    }
-    assert len(names) == 4
