@@ -59,7 +59,7 @@ def scenes_near_forks(count):
 
 
 def test_steps_ten_times_finer_change_no_fold_near_a_pitchfork():
-    for model, scene, mesh in scenes_near_forks(16):
+    for model, scene, mesh in scenes_near_forks(12):
         fine = replace(default_steps(Rod(scene, 31, "centred")), first=2e-3, largest=0.02)
         expected = model.folds(scene, steps=FINE if model is kirchhoff else fine, **mesh)
         found = model.folds(scene, **mesh)
@@ -92,11 +92,11 @@ def test_at_a_pitchfork_the_states_of_one_side_are_stable():
         "merged": (BROKEN, MERGED),
         "restored": (MERGED, UNBROKEN + MERGED),
     }
-    for k in range(9):
-        ribbon = (Ribbon(), STEEL, Ribbon(bending_ratio=float(10 ** generator.uniform(1.0, 3.0))))[k % 3]
+    for k in range(6):
+        ribbon = (Ribbon(), STEEL, Ribbon(bending_ratio=float(10 ** generator.uniform(1.0, 3.0))))[k // 2]
         compression, mesh = float(generator.uniform(0.1, 0.7)), {"elements": (8, 12)[k % 2]}
         forks = kirchhoff.pitchforks(compression, ribbon=ribbon, **mesh)
-        fork = tuple(sides)[k // 3 % 3]
+        fork = tuple(sides)[k % 3]
         at = getattr(forks, fork)
         if at is None or (fork == "merged" and (forks.restored or 1.0) < at):
             continue

@@ -20,21 +20,24 @@ class Delay:
     time: s.
     angle: rad, with the sign of the rate.
     damping: Lambda, below 1 inertial and above overdamped.
-    time_error: estimate of what the time leaves out, s; infinite where nobody made one, as in the leading
-        order.
-    angle_error: the same of the angle, rad.
+    error: estimate of what the time leaves out, s; infinite where nobody made one, as in the leading order.
+        Also `time_error`; `angle_error` is the same in rad.
     """
 
     time: float
     angle: float
     damping: float
-    time_error: float = math.inf
-    angle_error: float = math.inf
+    error: float = math.inf
 
     @property
-    def error(self) -> float:
-        """`time_error`, in s: its name before the angle had one too."""
-        return self.time_error
+    def time_error(self) -> float:
+        """`error`, by the name that says its unit, s."""
+        return self.error
+
+    @property
+    def angle_error(self) -> float:
+        """The error of the angle, rad."""
+        return self.error * abs(self.angle / self.time)
 
 
 def predict(fold: NormalForm, rate: float, damping: float) -> Delay:

@@ -24,8 +24,8 @@ _FARTHEST = 0.015
 _ATTEMPTS = 3
 # factors of the terms left out (`ribbonfem.delay`), measured
 _INERTIA, _LEAST, _BENT, _REST, _INERTIAL, _RINGING = 4.0, 0.4, 0.45, 1.46, 0.25, 2.0
-# of the delay by the leading order, the longest that was measured and some more
-_LATEST = 1.1
+# of the delay by the leading order: from 0.16 to 1.03 were measured
+_EARLIEST, _LATEST = 0.1, 1.1
 
 
 class Model(Protocol):
@@ -183,9 +183,9 @@ def next_order(form: NormalForm, found: Lead, rate: float, damping: float) -> De
     time = first.time + bend - 0.5 * form.mixed * damping - found.time
     # no snap comes before its fold, and hardly one after the leading order's
     latest = _LATEST * first.time
-    time = min(max(time, 0.0), latest)
+    time = min(max(time, _EARLIEST * first.time), latest)
     error = min(_left_out(form, found, rate, damping, first), max(time, latest - time))
-    return Delay(time, rate * time, first.damping, error, abs(rate) * error)
+    return Delay(time, rate * time, first.damping, error)
 
 
 def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first: Delay) -> float:
