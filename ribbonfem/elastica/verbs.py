@@ -153,6 +153,7 @@ def simulate(
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,
+    every: int | None = None,
     until: str = "end",
 ) -> History:
     """The motion from rest in the start state, through the ramp and the hold.
@@ -168,6 +169,8 @@ def simulate(
     tolerance: of the adaptive step, the local error of positions in L; 3e-6 if neither is given,
         which keeps the angle of a snap to some 5e-5 (`ribbonfem accuracy`).
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
+    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
+        thins them out then (`History`).
     until: "end", or "snap", soon after the height first changes sign.
 
     Returns
@@ -185,7 +188,9 @@ def simulate(
     problem = _problem(scene, elements, extensible)
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    motion = integrate(tables(problem), scene, control, *at_rest(problem, state), _observer(problem))
+    motion = integrate(
+        tables(problem), scene, control, *at_rest(problem, state), _observer(problem), every=every
+    )
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -193,6 +198,7 @@ def simulate(
         "step": step,
         "tolerance": control.tolerance,
         "spectral_radius": spectral_radius,
+        "every": every,
         "until": until,
     }
     motion.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)

@@ -31,19 +31,22 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.growing import Growing
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
+from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
 from ribbonfem.stepping.kernels import (
     FULL,
+    HEIGHT,
+    KEPT,
     KINETIC,
     KINK,
     LOAD,
     MEAN,
     NEWTON,
+    PLACES,
     REJECTED,
     ROWS,
     STEPS,
@@ -72,8 +75,7 @@ REST = 3e-3
 GAIN = 1e-3
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
-# rows are made in chunks of this many bytes of configurations
-_CHUNK = 4_000_000
+_COLUMNS = Columns(0, 1, HEIGHT, arrays.SLOPE, VELOCITY, KINETIC, KEPT)
 # loops that are compiled or loaded in this process
 _warm: set[Callable[..., int]] = set()
 
@@ -89,7 +91,7 @@ def simulate(
     tolerance: float | None = None,
     spectral_radius: float | None = None,
     gyroscopic: bool = False,
-    every: int = 1,
+    every: int | None = None,
     configurations: bool = True,
     until: str = "end",
 ) -> History:
@@ -114,7 +116,8 @@ def simulate(
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
         balance of the rods and of the paper.
-    every: record each `every`-th accepted step, and the last.
+    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
+        thins them out then (`History`).
     configurations: False leaves positions and directors out of the result.
     until: "end"; "snap", soon after the height first changes sign; "decided" ends a held ribbon's
         run once its energy is below that of every saddle that the curve of equilibria through
@@ -138,10 +141,11 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
     mesh = checked_mesh(elements, extensible)
     nodes = P * mesh["elements"] + 1 if configurations else 0
-    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
+    row = 8.0 * (arrays.ROW_SIZE + 6 * nodes)
+    require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
     problem, start = states.named(scene, **mesh)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
-    ramp = ramp_of(scene, control, every=every, barrier=barrier)
+    ramp = ramp_of(scene, control, every=every or 1, barrier=barrier)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -273,17 +277,23 @@ class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: Rod, scheme: Scheme, motion: arrays.Motion, configurations: bool, s: Array
+        self,
+        rod: Rod,
+        scheme: Scheme,
+        motion: arrays.Motion,
+        configurations: bool,
+        s: Array,
+        every: int | None = None,
     ) -> None:
         elements = len(rod.weights)
-        self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
+        self.rod, self.scheme, self.motion = rod, scheme, motion
         self.arclength = s
         self.solver = solver(elements)
         # means of steps are kept in the places of stages
         self.scratch = arrays.scratch(elements, conserving.STAGES if scheme.kind == MEAN else scheme.stages)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
-        self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)
+        self.rows = Rows(arrays.ROW_SIZE, _COLUMNS, *shapes, every=every)
         self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
 
     def go(self, ramp: Ramp) -> int:
@@ -291,22 +301,19 @@ class Loop:
         while True:
             rows, *configurations = self.rows.reserve()
             x, m1 = configurations or self.none
-            self.motion.clock[ROWS] = 0.0
+            self.motion.clock[ROWS] = self.motion.clock[PLACES] = 0.0
             model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
             status = loop_of(self.scheme)(model, self.scheme, ramp, rows)
-            self.rows.count += int(self.motion.clock[ROWS])
+            self.rows.wrote(int(self.motion.clock[ROWS]))
             if status != FULL or self.rows.full:
                 return int(status)
 
     def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
         """The rows so far."""
-        taken = self.rows.taken()
         second = scene.ribbon.inertial_time
-        taken[0][:, 0] *= second
-        taken[0][:, VELOCITY] /= second
-        if self.scheme.kind == MEAN:
-            # velocities of a mean of forces ring from step to step
-            taken[0][:, VELOCITY] = np.nan
+        # velocities of a mean of forces ring from step to step
+        per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
+        taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
         rows, *configurations = map(handed_over, taken)
         clock = self.motion.clock
         columns = rows.T
@@ -326,11 +333,13 @@ class Loop:
                 "newton_iterations": int(clock[NEWTON]),
                 "assemblies": int(clock[arrays.ASSEMBLIES]),
                 "rejected": int(clock[REJECTED]),
+                **self.rows.stats,
                 **stats,
             },
             scene=scene,
             policy=policy,
             model="kirchhoff",
+            steps=handed_over(steps),
         )
 
 
@@ -364,7 +373,8 @@ def integrate(
         Loop(rod, scheme, begin(), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )
-    run = Loop(rod, scheme, begin(), configurations, problem.arclength)
+    every = policy.get("every")
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

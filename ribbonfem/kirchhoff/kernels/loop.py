@@ -14,7 +14,17 @@ from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import lane, larger, load, spread, store
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp, Scheme, Verbs
+from ribbonfem.stepping.kernels.arrays import (
+    DIRK,
+    HEIGHT,
+    KEPT,
+    PLACES,
+    TIME,
+    VELOCITY,
+    Ramp,
+    Scheme,
+    Verbs,
+)
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
@@ -283,14 +293,16 @@ def _record(model: Moving, rows: Array, row: int) -> None:
     rows[row, HEIGHT] = y.x[rod.middle, 2]
     rows[row, SLOPE] = 2.0 * (x * u - w * z)
     rows[row, VELOCITY] = y.v[rod.middle, 2]
-    if row < model.row_x.shape[0]:
+    place = int(y.clock[PLACES])
+    if rows[row, KEPT] > 0.0 and place < model.row_x.shape[0]:
+        y.clock[PLACES] += 1.0
         for i in range(y.g.shape[0]):
             w, x, z, u = y.g[i, 0], y.g[i, 1], y.g[i, 2], y.g[i, 3]
             for c in range(3):
-                model.row_x[row, i, c] = y.x[i, c]
-            model.row_m1[row, i, 0] = 2.0 * (x * u + w * z)
-            model.row_m1[row, i, 1] = 2.0 * (z * u - w * x)
-            model.row_m1[row, i, 2] = w * w - x * x - z * z + u * u
+                model.row_x[place, i, c] = y.x[i, c]
+            model.row_m1[place, i, 0] = 2.0 * (x * u + w * z)
+            model.row_m1[place, i, 1] = 2.0 * (z * u - w * x)
+            model.row_m1[place, i, 2] = w * w - x * x - z * z + u * u
 
 
 _loop = loop_of(

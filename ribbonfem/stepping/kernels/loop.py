@@ -26,6 +26,7 @@ from .arrays import (
     GREW,
     GROWTH,
     HEIGHT,
+    KEPT,
     KINK,
     LAST,
     LOWEST,
@@ -150,6 +151,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 if first:
                     # the row is of the instant before the jump
                     kinetic, elastic, moment, load = measure(model, nu, False)
+                    rows[0, KEPT] = 1.0
                     record(model, rows, 0)
                     _write(clock, rows, 0, 0.0 if phase == 0 else ramp.stop, kinetic, elastic, load)
                     clock[SIDE] = rows[0, HEIGHT] if abs(rows[0, HEIGHT]) > ramp.departed else 0.0
@@ -246,14 +248,18 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
             clock[POWER], clock[MOMENT] = 2.0 * nu * kinetic, moment
             _advance(ramp, clock, h, target, landed, factor)
             done = landed and (phase == 1 or ramp.end <= ramp.turned)
-            if done or clock[SINCE] >= ramp.every:
+            # every step leaves a row, in which events are found; the last one is kept too
+            row = int(clock[ROWS])
+            last_row = done or clock[AFTER] > 0.0 or (phase == 1 and kinetic + elastic < ramp.barrier)
+            kept = last_row or clock[SINCE] >= ramp.every
+            rows[row, KEPT] = 1.0 if kept else 0.0
+            record(model, rows, row)
+            _write(clock, rows, row, angle, kinetic, elastic, load)
+            status = _watch(ramp, clock, rows[row, HEIGHT], kinetic + elastic)
+            if status != FULL:
+                return status
+            if kept:
                 clock[SINCE] = 0.0
-                row = int(clock[ROWS])
-                record(model, rows, row)
-                _write(clock, rows, row, angle, kinetic, elastic, load)
-                status = _watch(ramp, clock, rows[row, HEIGHT], kinetic + elastic)
-                if status != FULL:
-                    return status
             if done:
                 return DONE
             if landed:
