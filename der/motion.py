@@ -54,7 +54,7 @@ RINGING = (kernels.NEWMARK, kernels.MIDPOINT, kernels.DISCRETE_GRADIENT)
 # methods with an estimate of their local error
 ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
-TOLERANCE = 1.5e-4
+TOLERANCE = 1e-5
 _COLUMNS = Columns(
     kernels.ROW_TIME,
     kernels.ROW_ANGLE,
@@ -93,8 +93,9 @@ def simulate(
     method: one of `METHODS`; their orders are in `ORDERS`.
     step: fixed step in s; None (the default) for adaptive steps.  ``verlet`` has fixed steps
         only.  A step whose Newton iteration fails is halved and grows back.
-    tolerance: adaptive: the local error of the positions in a step, in L; default 1.5e-4, which on
-        151 nodes leaves snap angles to the mesh (2e-4 rad); see `ribbonfem accuracy`.
+    tolerance: adaptive: the local error of the positions in a step, in L; default 1e-5, which
+        leaves less in a snap's angle (1e-5 rad in the median of drawn scenes) than 151 nodes do (8e-5);
+        `pytest -m slow -s -n 0 tests/test_defaults.py`.
     spectral_radius: of generalised-alpha at infinite frequency, in [0, 1].
     newton_tolerance: Newton stops at an update below it (positions in L, a tenth of angles); by
         default 1e-8 with a fixed step and a thousandth of `tolerance` with adaptive ones.

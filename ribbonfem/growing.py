@@ -71,7 +71,8 @@ class Growing:
         for array in self._arrays:
             count = 0
             for a in range(0, len(stays), _BLOCK):
-                part = array[a : a + _BLOCK][stays[a : a + _BLOCK]]
+                some = stays[a : a + _BLOCK]
+                part = array[a : a + len(some)][some]
                 array[count : count + len(part)] = part
                 count += len(part)
         self.count = int(np.count_nonzero(stays))

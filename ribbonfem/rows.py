@@ -12,6 +12,10 @@ from .results import Array
 
 # bytes of rows beyond which they are thinned where nobody said which to keep, and the part that is left then
 MOST, LEFT = 160_000_000, 0.6
+# rows that are kept however long they are
+LEAST = 1000
+# bytes by which they grow at least
+CHUNK = 4_000_000
 # L; a line through the rows that are left passes the others within this, if `MOST` allows
 WITHIN = 1e-3
 # steps whose track is kept whole
@@ -56,16 +60,14 @@ class Rows:
     stats: what is said of the rows, once they are taken.
     """
 
-    def __init__(
-        self, size: int, columns: Columns, *shapes: tuple[int, ...], every: int | None, chunk: int = 4_000_000
-    ) -> None:
+    def __init__(self, size: int, columns: Columns, *shapes: tuple[int, ...], every: int | None) -> None:
         self._columns, self._every = columns, every
         self._tracked = list(columns[:5])
-        self._rows = Growing((size,), *shapes, chunk=chunk)
-        self._track = None if every in (None, 1) else Growing((5,), chunk=400_000)
+        self._rows = Growing((size,), *shapes, chunk=CHUNK)
+        self._track = None if every in (None, 1) else Growing((5,), chunk=CHUNK // 10)
         # bounds of what was thinned out between a row and the one before
         self._off = np.zeros(0)
-        self._most = max(MOST // (8 * (size + sum(int(np.prod(shape)) for shape in shapes))), 1000)
+        self._most = max(MOST // (8 * (size + sum(int(np.prod(shape)) for shape in shapes))), LEAST)
         self._taken = 0
         self._shaped = bool(shapes)
         self._kinetic = 0.0
@@ -138,7 +140,7 @@ class Rows:
     def _thin(self) -> None:
         """Leave out every second row where the line through its neighbours is close, until enough are out."""
         if self._track is None:
-            self._track = Growing((5,), chunk=400_000)
+            self._track = Growing((5,), chunk=CHUNK // 10)
             self._track.append(self._rows.written()[:, self._tracked])
         off = np.zeros(self._rows.count)
         off[: len(self._off)] = self._off

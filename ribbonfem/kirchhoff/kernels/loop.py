@@ -16,6 +16,7 @@ from ribbonfem.compiled.lanes import lane, larger, load, spread, store
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
+    GAINED,
     HEIGHT,
     KEPT,
     PLACES,
@@ -28,7 +29,7 @@ from ribbonfem.stepping.kernels.arrays import (
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
-from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean_kinetic
+from .conserving import conserve, error_by_means, guess_ringing, mean_kinetic
 from .consistent import project, tangents
 from .energies import clamp_moment, elastic_energy
 from .fours import OPTIONS, WIDTH
@@ -228,9 +229,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
 @compiled(**OPTIONS)
 def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     """The same of a step by means."""
-    # the first of the points known is the kink's
-    before = int(model.motion.clock[KNOWN]) - 1
-    error, speed = error_by_means(model.motion, model.scratch, before, h)
+    error, speed = error_by_means(model.motion, model.scratch, model.motion.clock, h)
     return error / _share(speed)
 
 
@@ -261,8 +260,24 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
 
 
 @compiled(**OPTIONS)
+def _balance(rod: Rod, v: Array, clock: Array) -> None:
+    """Take from velocities what a kink, Newton and the three points of the means left of the energy."""
+    if clock[GAINED] != 0.0:
+        part = math.sqrt(1.0 - clock[GAINED] / _kinetic(rod, v))
+        for k in range(4, v.size - 4):
+            v.flat[k] *= part
+        clock[GAINED] = 0.0
+
+
+@compiled(**OPTIONS)
+def _mean_begin(model: Moving, clock: Array) -> None:
+    _balance(model.rod, model.motion.v, clock)
+    _begin(model, clock)
+
+
+@compiled(**OPTIONS)
 def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
-    keep_mean(model.motion, model.scratch, h)
+    _balance(model.rod, model.scratch.v, model.motion.clock)
     _accept(model, m, h)
 
 
@@ -313,7 +328,7 @@ _mean_loop = loop_of(
     Verbs(
         _project,
         _rescale,
-        _begin,
+        _mean_begin,
         _mean_stage,
         _mean_flows,
         _mean_error,
