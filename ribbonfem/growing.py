@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .policy import MOST_STEPS, half_of_memory
 from .results import Array
 
+# rows that are moved at a time
+_BLOCK = 1024
 # steps times nodes that compiled code goes on for at the most: an interrupt is seen between its calls, within
 # a second
 _AT_ONCE = 100_000
@@ -56,11 +59,31 @@ class Growing:
     def append(self, *rows: Array) -> None:
         """Write rows, as many to each array."""
         count = self.count + len(rows[0])
-        if count > len(self._arrays[0]):
-            self._resize(count + max(self._chunk // max(self._row, 1), count // 10))
+        self.make_room(len(rows[0]))
         for array, new in zip(self._arrays, rows, strict=True):
             array[self.count : count] = new
         self.count = count
+
+    def make_room(self, rows: int) -> None:
+        """Room for so many rows behind those that were written."""
+        count = self.count + rows
+        if count > len(self._arrays[0]):
+            self._resize(count + max(self._chunk // max(self._row, 1), count // 10))
+
+    def written(self, which: int = 0, beyond: int = 0) -> Array:
+        """A view of the rows written to an array, with so many behind them, that `reserve` ends."""
+        return self._arrays[which][: self.count + beyond]
+
+    def keep(self, stays: NDArray[np.bool_]) -> None:
+        """Leave out the rows that do not stay, in place."""
+        for array in self._arrays:
+            count = 0
+            for a in range(0, len(stays), _BLOCK):
+                some = stays[a : a + _BLOCK]
+                part = array[a : a + len(some)][some]
+                array[count : count + len(part)] = part
+                count += len(part)
+        self.count = int(np.count_nonzero(stays))
 
     def taken(self) -> list[Array]:
         """The rows, without what was reserved behind them."""

@@ -74,7 +74,10 @@ def _motion(history: History, scene: Scene, fresh: bool) -> History:
         kept["curvature"] = kept["curvature"][:, ::-1]
     arclength = 1.0 - history.arclength[::-1]
     slope = handed_over(-history.slope)
-    return replace(history, slope=slope, configurations=kept, arclength=arclength, scene=scene)
+    steps = history.steps
+    if steps is not None:
+        steps = handed_over(np.asarray(steps) * np.array([1.0, 1.0, 1.0, -1.0, 1.0])[:, None])
+    return replace(history, slope=slope, configurations=kept, arclength=arclength, scene=scene, steps=steps)
 
 
 def imaged(result: Any, scene: Scene, *, fresh: bool = False) -> Any:

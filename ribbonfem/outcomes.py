@@ -106,7 +106,7 @@ def local_minima(time: Array, angle: Array, height: Array) -> Array:
 
 def _rebounds(history: History, first: tuple[float, float] | None) -> Array:
     """The local minima of z after the first snap: those before it are the ringing of the clamp's jump."""
-    minima = local_minima(history.time, history.angle, history.height)
+    minima = local_minima(*history.track[:3])
     return minima[minima[:, 0] > (first[0] if first else np.inf)]
 
 
@@ -122,15 +122,15 @@ class Instant:
 
 
 def instant(history: History, time: float) -> Instant:
-    """The shape of a run at a time in s, interpolated through its rows (`crossings.between`)."""
-    k = min(max(1, int(np.searchsorted(history.time, time))), len(history) - 1)
+    """The shape of a run at a time in s, interpolated through its steps (`crossings.between`)."""
+    times, angles, heights, slopes, velocities = history.track
+    k = min(max(1, int(np.searchsorted(times, time))), len(times) - 1)
     if k == 0:
-        height, slope = float(history.height[0]), float(history.slope[0])
+        height, slope = float(heights[0]), float(slopes[0])
     else:
-        kinks = kinks_of(history.angle)
-        height = between(history.time, history.height, k, history.velocity, kinks)(time)
-        slope = between(history.time, history.slope, k)(time)
-    angle = float(np.interp(time, history.time, history.angle))
+        height = between(times, heights, k, velocities, kinks_of(angles))(time)
+        slope = between(times, slopes, k)(time)
+    angle = float(np.interp(time, times, angles))
     return Instant(time, angle, height, slope, name_by_signs(height, slope))
 
 
@@ -260,11 +260,12 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
         return outcome("no skip", "z comes back up from a minimum above 0")
     if first is None or first[0] >= second[0] or history.angle[-1] < folds[1].angle:
         return outcome("type 2", "no first snap before the second")
-    speed = np.abs(np.gradient(history.height, history.time))
-    before = history.time <= second[0]
+    times, angles, heights, slopes, _ = history.track
+    speed = np.abs(np.gradient(heights, times))
+    before = times <= second[0]
     height, fall, slope = (
-        float(np.interp(folds[1].angle, history.angle[before], values[before]))
-        for values in (history.height, speed, history.slope)
+        float(np.interp(folds[1].angle, angles[before], values[before]))
+        for values in (heights, speed, slopes)
     )
     near = abs(height - folds[1].height) < _NEAR and slope > 0.0
     if near and fall < _SLOW * speed[before].max():

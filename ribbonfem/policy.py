@@ -142,7 +142,7 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "span": interval,
     "angle": angle,
     "unstable": lambda name, value: whole_number(name, value, 0, 1000),
-    "every": lambda name, value: whole_number(name, value, 1),
+    "every": lambda name, value: None if value is None else whole_number(name, value, 1),
     "step": lambda name, value: None if value is None else positive(name, value),
     "tolerance": lambda name, value: None if value is None else local_error(name, value),
 }

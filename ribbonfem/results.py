@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 MESH = ("nodes", "clamp", "elements", "degree", "extensible")
 # a quantity has left its level once it is this far from it: rounding is not
 DEPARTED = 1e-6
+# part of the largest kinetic energy that a method itself takes or gives, beyond which it is told
+TOLD = 0.01
 
 
 class SolverError(RuntimeError):
@@ -150,7 +152,12 @@ class Branch(Value):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class History(Value):
-    """A motion, one row an accepted step.
+    """A motion, one row an accepted step, or some of those.
+
+    What happens in it (`crossing`, `ribbonfem.outcomes`) is found in all steps, whichever have rows.
+    `every` of `simulate` says which have: each `every`-th and the last.  By default all have, until they
+    take 160 MB: then rows are left out that a line through those kept passes within 1e-3 L, or more where
+    so few do not fit.
 
     Attributes
     ----------
@@ -164,6 +171,12 @@ class History(Value):
     stats: steps, newton_iterations, rejected, seconds (of the solve alone); of planar runs of `elastica`
         and `der` "leaves_plane", the angle (rad) at which the state at rest loses its stability out
         of the plane: beyond it the motion is not the ribbon's.  NaN where it does not before `stop`.
+        "numerical_dissipation", EI2/L, the energy that the method itself took, with the quadrature of the
+        work and of the damping: what kinetic + elastic + dissipated - work has lost at the end (what it
+        gave has the other sign), and "numerical_dissipation_share", that part of the largest kinetic
+        energy.  `kirchhoff` with ``method="discrete-gradient"`` takes none: take it where a ribbon rings.
+        "rows_within", where not `every` says which rows are kept, L: a line through them passes those
+        left out within it; 0 if none is.
     scene, policy, model: what it was made from.
     load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
         quasi-linear beam); NaN where the program that made the history does not say.
@@ -171,6 +184,8 @@ class History(Value):
     velocity: (rows,) d(height)/d(time), L/s; at a kink of the clamp's motion that of the instant before.
         NaN where the program that made the history does not say, or has none that serves (velocities of
         undamped means ring from step to step).
+    steps: (5, steps) time, angle, height, slope and velocity of every step, from which what happens is
+        found (beyond a million steps of those around it, and of some between); None where rows are those.
     """
 
     time: Array
@@ -186,6 +201,7 @@ class History(Value):
     load: Array = None  # type: ignore[assignment]
     arclength: Array = None  # type: ignore[assignment]
     velocity: Array = None  # type: ignore[assignment]
+    steps: Array | None = None
 
     def __post_init__(self) -> None:
         for name in ("load", "velocity"):
@@ -203,12 +219,20 @@ class History(Value):
             return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
         snap = self.crossing()
         leaves = self.stats.get("leaves_plane", np.nan)
+        share = self.stats.get("numerical_dissipation_share", 0.0)
+        lost = self.stats.get("numerical_dissipation", 0.0)
         return (
             f"History({self.model or 'any model'}, {len(self)} rows, {self.time[-1]:.4g} s, alpha "
             f"{self.angle[0]:.4g} .. {self.angle[-1]:.6g} rad, z(1/2) {self.height[0]:.4g} .. "
             f"{self.height[-1]:.4g} L;\n"
             + ("  no snap" if snap is None else f"  snap at {snap[1]:.6g} rad, {snap[0]:.6g} s")
             + (f"; leaves its plane at {leaves:.6g} rad" if leaves == leaves else "")
+            + (
+                f";\n  the method itself {'took' if lost > 0.0 else 'gave'} {abs(lost):.3g} EI2/L, "
+                f"{abs(share):.0%} of the largest kinetic energy"
+                if abs(share) > TOLD
+                else ""
+            )
             + f"; {short_policy(self.policy)})"
         )
 
@@ -220,13 +244,21 @@ class History(Value):
         ]
         return html_table(_caption(self), columns, rows)
 
+    @property
+    def track(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Time, angle, height, slope and velocity of every step, whichever have rows."""
+        if self.steps is None:
+            return self.time, self.angle, self.height, self.slope, self.velocity
+        time, angle, height, slope, velocity = self.steps
+        return time, angle, height, slope, velocity
+
     def crossing(self, quantity: str = "height", level: float = 0.0) -> tuple[float, float] | None:
         """Time and angle at which "height" or "slope" first crosses `level`.
 
         Counted only once the quantity has been further than 1e-6 from the level: at rest it may
-        lie on it, and rounding crosses it then.  Solved for on a polynomial through the rows, and
+        lie on it, and rounding crosses it then.  Solved for on a polynomial through the steps, and
         the velocities, around the crossing (`crossings.root`), so that its error is of the
-        integration and not of the grid of rows.
+        integration and not of their grid, and the same whichever rows are kept.
 
         Returns
         -------
@@ -251,7 +283,8 @@ class History(Value):
             level = as_number(level)
         except ValueError as error:
             raise ValueError(f"level = {shown(level)}: {error}") from None
-        values = np.asarray(getattr(self, quantity)) - level
+        times, angles, height, slope, velocity = self.track
+        values = np.asarray(height if quantity == "height" else slope) - level
         departed = np.flatnonzero(np.abs(values) > DEPARTED)
         if not departed.size:
             return None
@@ -261,10 +294,10 @@ class History(Value):
             return None
         k = int(departed[0] + beyond[0])
         if values[k] == 0.0:
-            return float(self.time[k]), float(self.angle[k])
-        rates = self.velocity if quantity == "height" else None
-        time = root(self.time, values, k, rates, kinks_of(self.angle))
-        return time, float(np.interp(time, self.time, self.angle))
+            return float(times[k]), float(angles[k])
+        rates = velocity if quantity == "height" else None
+        time = root(times, values, k, rates, kinks_of(angles))
+        return time, float(np.interp(time, times, angles))
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -156,10 +156,8 @@ def test_garbage_is_refused_with_the_history():
 
 
 def test_chunks_join(monkeypatch):
-    from der import motion
-
     whole = der.simulate(SNAP, nodes=21)
-    monkeypatch.setattr(motion, "_CHUNK", 1)
+    monkeypatch.setattr("ribbonfem.rows.CHUNK", 1)
     parts = der.simulate(SNAP, nodes=21)
     assert len(parts) > 256
     assert np.array_equal(whole.height, parts.height)

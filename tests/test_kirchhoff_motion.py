@@ -378,7 +378,7 @@ def test_kinks_are_ends_of_steps():
 def test_rows_do_not_matter(method, monkeypatch):
     """A run that comes back for more memory again and again is bitwise the one that does not."""
     whole = kirchhoff.simulate(SNAP, elements=4, method=method, tolerance=1e-3, gyroscopic=True)
-    monkeypatch.setattr(motion, "_CHUNK", 5000)
+    monkeypatch.setattr("ribbonfem.rows.CHUNK", 5000)
     parts = kirchhoff.simulate(SNAP, elements=4, method=method, tolerance=1e-3, gyroscopic=True)
     assert np.array_equal(whole.time, parts.time)
     for name in ("positions", "normals"):

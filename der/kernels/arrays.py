@@ -28,8 +28,9 @@ DONE, FULL, STUCK, BLOWN = range(4)
     AFTER,
     SIDE,
     CARRY,
-) = range(17)
-CLOCK_SIZE = 17
+    PLACE,
+) = range(18)
+CLOCK_SIZE = 18
 # L; the height has left zero, and may cross it, once it is this far from it: rounding is not
 DEPARTED = 1e-6
 # see `run`: lengths per t* below which the error allowed in a step shrinks with the speed, over 1
@@ -39,7 +40,7 @@ GROWTH = 0.25
 
 # columns of `rows`
 ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
-ROW_LOAD, ROW_VELOCITY, ROW_SIZE = 8, 9, 10
+ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_SIZE = 8, 9, 10, 11
 
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
 # rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a

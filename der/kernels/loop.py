@@ -19,12 +19,14 @@ from .arrays import (
     FULL,
     GROWTH,
     ITERATIONS,
+    PLACE,
     REJECTED,
     ROW,
     ROW_ANGLE,
     ROW_DISSIPATED,
     ROW_ELASTIC,
     ROW_HEIGHT,
+    ROW_KEPT,
     ROW_KINETIC,
     ROW_LOAD,
     ROW_SLOPE,
@@ -46,20 +48,23 @@ from .steps import accept, attempt, clamp_angle, largest_move, sum_up
 
 
 @compiled(**OPTIONS)
-def record(rod, motion, s, ramp, rows, row_x, row_m1):
-    """Write the next row; configurations only if there is room for them.  True if the energy has blown up."""
+def record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
+    """Write the next row; configurations only if it is kept and there is room for them.
+
+    One that is not kept has what events are found in, and no elastic energy or load, which cost most.
+    True if the energy has blown up.
+    """
     nodes = motion.x.shape[0]
     clock, row = motion.clock, int(motion.clock[ROW])
-    edges(motion.x, s.tangent, s.inverse)
-    sum_up(rod, motion.m1, motion.twist, s, False, nodes)
+    clock[ROW] += 1.0
     kinetic = 0.0
     for i in range(FIRST, 4 * nodes - 8):
         kinetic += 0.5 * rod.inertia[i] * motion.v[i] * motion.v[i]
     half = (nodes - 1) // 2
     x, v = motion.x, motion.v
-    height, velocity, slope = x[half, 2], v[4 * half + 2], s.tangent[half, 2]
+    height, velocity, slope = x[half, 2], v[4 * half + 2], motion.tangent[half, 2]
     if nodes % 2:
-        both = mix(triple(s.tangent, half - 1), 1.0, triple(s.tangent, half), 1.0)
+        both = mix(triple(motion.tangent, half - 1), 1.0, triple(motion.tangent, half), 1.0)
         slope = both[2] / math.sqrt(dot(both, both))
     else:
         height = 0.5625 * (x[half, 2] + x[half + 1, 2]) - 0.0625 * (x[half - 1, 2] + x[half + 2, 2])
@@ -71,6 +76,11 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1):
     rows[row, ROW_SLOPE] = slope
     rows[row, ROW_VELOCITY] = velocity
     rows[row, ROW_KINETIC] = kinetic
+    rows[row, ROW_KEPT] = 1.0 if kept else 0.0
+    if not kept and ramp.barrier == -math.inf:
+        return False
+    edges(motion.x, s.tangent, s.inverse)
+    sum_up(rod, motion.m1, motion.twist, s, False, nodes)
     rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
     rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
     rows[row, ROW_WORK] = clock[WORK]
@@ -81,10 +91,11 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1):
         if i < nodes - 1:
             load -= force
     rows[row, ROW_LOAD] = load / (nodes - 3)
-    if row < row_x.shape[0]:
-        copy(motion.x, row_x[row])
-        copy(motion.m1, row_m1[row])
-    clock[ROW] += 1.0
+    place = int(clock[PLACE])
+    if kept and place < row_x.shape[0]:
+        copy(motion.x, row_x[place])
+        copy(motion.m1, row_m1[place])
+        clock[PLACE] += 1.0
     held = kinetic + rows[row, ROW_ELASTIC] - clock[WORK]
     if clock[STEPS] == 0.0:
         clock[START] = held
@@ -98,8 +109,8 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
     """Step until the end of the ramp and its hold, until decided or snapped (DONE), until the rows are full
     (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
 
-    All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every
-    `every`-th accepted step and the last one make a row.
+    All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every accepted
+    step makes a row; each `every`-th one and the last are kept, with their configurations.
     """
     nodes = motion.x.shape[0]
     clock = motion.clock
@@ -154,22 +165,28 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             # a short step onto a kink says nothing of the steps that follow
             clock[STEP] = max(h * growth, clock[STEP] if landing and growth > 1.0 else 0.0)
         done = clock[TIME] >= ramp.end
-        if done or clock[SINCE] >= every:
+        kept = done or clock[SINCE] >= every or clock[AFTER] > 0.0
+        if kept:
             clock[SINCE] = 0.0
-            if record(rod, motion, s, ramp, rows, row_x, row_m1):
-                return BLOWN
-            row = int(clock[ROW]) - 1
-            if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
+        if record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
+            return BLOWN
+        row = int(clock[ROW]) - 1
+        if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
+            if kept:
                 return DONE
-            if ramp.snap:
-                if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
-                    clock[SIDE] = rows[row, ROW_HEIGHT]
-                # two rows on either side of the crossing, for a cubic where velocities are not known
-                crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
-                if clock[AFTER] > 0.0 or crossed:
-                    clock[AFTER] += 1.0
-                    if clock[AFTER] >= 2.0:
-                        return DONE
+            # the last row is a whole one
+            clock[ROW] -= 1.0
+            record(rod, motion, s, ramp, rows, row_x, row_m1, True)
+            return DONE
+        if ramp.snap:
+            if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
+                clock[SIDE] = rows[row, ROW_HEIGHT]
+            # two rows on either side of the crossing, for a cubic where velocities are not known
+            crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
+            if clock[AFTER] > 0.0 or crossed:
+                clock[AFTER] += 1.0
+                if clock[AFTER] >= 2.0:
+                    return DONE
         if done:
             return DONE
         if not math.isfinite(motion.v[FIRST]):

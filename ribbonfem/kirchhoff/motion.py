@@ -31,19 +31,23 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.growing import Growing, some_steps
+from ribbonfem.growing import some_steps
 from ribbonfem.policy import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
+from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
 from ribbonfem.stepping.kernels import (
     FULL,
+    HEIGHT,
+    KEPT,
     KINETIC,
     KINK,
     LOAD,
     MEAN,
     NEWTON,
+    PLACES,
     REJECTED,
     ROWS,
     STEPS,
@@ -68,13 +72,16 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 SHIFT = 100.0
 # part of the tolerance that Newton may leave in a position
 REST = 3e-3
+# L; the most that it may leave where energy is to be balanced: of means of forces
+MEAN_REST = 1e-7
 # part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
 # it does not resolve
 GAIN = 1e-3
+# the same of means of forces along a step, of three points
+MEAN_GAIN = 1e-4
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
-# rows are made in chunks of this many bytes of configurations
-_CHUNK = 4_000_000
+_COLUMNS = Columns(0, 1, HEIGHT, arrays.SLOPE, VELOCITY, KINETIC, KEPT)
 # loops that are compiled or loaded in this process
 _warm: set[Callable[..., int]] = set()
 
@@ -90,7 +97,7 @@ def simulate(
     tolerance: float | None = None,
     spectral_radius: float | None = None,
     gyroscopic: bool = False,
-    every: int = 1,
+    every: int | None = None,
     configurations: bool = True,
     until: str = "end",
 ) -> History:
@@ -104,18 +111,22 @@ def simulate(
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
         (trapezoidal), "implicit-euler" or "discrete-gradient", of order 2, which alone keeps the
-        energy of undamped ringing, whatever the step (`kernels.conserving`).
+        energy of undamped ringing, whatever the step (`kernels.conserving`): the one for a ring-down, with
+        ``tolerance=1e-4``.  What another takes is in the history's `stats`.
         The others lose or gain it: velocities of their steps do not fit the constraint (an
         inextensible ribbon gains energy), and fast waves are damped.
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
         where no next state is found.
     tolerance: of the adaptive step, the local error of positions in L, made smaller while the
-        ribbon creeps (down to 0.01 of it); 3e-5 if neither is given.  A step that gains a
-        thousandth of the energy from nowhere is halved too.
+        ribbon creeps (down to 0.01 of it); 3e-5 if neither is given,
+        which leaves 2e-6 rad in a snap's angle in the median of drawn scenes and 7e-5 at most, where the
+        mesh leaves 1e-7 (`pytest -m slow -s -n 0 tests/test_defaults.py`).  A step that gains a thousandth
+        of the energy from nowhere is halved too.
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
         balance of the rods and of the paper.
-    every: record each `every`-th accepted step, and the last.
+    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
+        thins them out then (`History`).
     configurations: False leaves positions and directors out of the result.
     until: "end"; "snap", soon after the height first changes sign; "decided" ends a held ribbon's
         run once its energy is below that of every saddle that the curve of equilibria through
@@ -139,10 +150,11 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
     mesh = checked_mesh(elements, extensible)
     nodes = P * mesh["elements"] + 1 if configurations else 0
-    require_duration(scene, control.step, LARGEST_TURN, 8.0 * (arrays.ROW_SIZE + 6 * nodes) / every)
+    row = 8.0 * (arrays.ROW_SIZE + 6 * nodes)
+    require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
     problem, start = states.named(scene, **mesh)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
-    ramp = ramp_of(scene, control, every=every, barrier=barrier)
+    ramp = ramp_of(scene, control, every=every or 1, barrier=barrier)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -249,18 +261,16 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = -np.inf) -> Ramp:
     """The clamp's motion and the control of steps."""
     newton = steps_control.NEWTON_TOLERANCE
-    if control.tolerance is not None and not control.method.mean:
-        # (energy is balanced only by what is solved to the end)
-        newton = REST * control.tolerance
+    if control.tolerance is not None:
+        newton = min(MEAN_REST, REST * control.tolerance) if control.method.mean else REST * control.tolerance
     return steps_control.ramp_of(
         scene,
         control,
         newton=newton,
         every=every,
         barrier=barrier,
-        gain=GAIN,
-        # (means of steps say what they are off by only after some of one length)
-        least_growth=2.0 if control.method.mean else LEAST_GROWTH,
+        gain=MEAN_GAIN if control.method.mean else GAIN,
+        least_growth=LEAST_GROWTH,
     )
 
 
@@ -274,17 +284,23 @@ class Loop:
     """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
 
     def __init__(
-        self, rod: Rod, scheme: Scheme, motion: arrays.Motion, configurations: bool, s: Array
+        self,
+        rod: Rod,
+        scheme: Scheme,
+        motion: arrays.Motion,
+        configurations: bool,
+        s: Array,
+        every: int | None = None,
     ) -> None:
         elements = len(rod.weights)
-        self.rod, self.scheme, self.motion, self.kept = rod, scheme, motion, configurations
+        self.rod, self.scheme, self.motion = rod, scheme, motion
         self.arclength = s
         self.solver = solver(elements)
         # means of steps are kept in the places of stages
         self.scratch = arrays.scratch(elements, conserving.STAGES if scheme.kind == MEAN else scheme.stages)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
-        self.rows = Growing((arrays.ROW_SIZE,), *shapes, chunk=_CHUNK)
+        self.rows = Rows(arrays.ROW_SIZE, _COLUMNS, *shapes, every=every)
         self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
 
     def go(self, ramp: Ramp) -> int:
@@ -292,23 +308,20 @@ class Loop:
         while True:
             rows, *configurations = self.rows.reserve()
             x, m1 = configurations or self.none
-            self.motion.clock[ROWS] = 0.0
+            self.motion.clock[ROWS] = self.motion.clock[PLACES] = 0.0
             model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
             some = some_steps(rows, len(self.motion.x))
             status = loop_of(self.scheme)(model, self.scheme, ramp, some)
-            self.rows.count += int(self.motion.clock[ROWS])
+            self.rows.wrote(int(self.motion.clock[ROWS]))
             if status != FULL or self.rows.full:
                 return int(status)
 
     def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
         """The rows so far."""
-        taken = self.rows.taken()
         second = scene.ribbon.inertial_time
-        taken[0][:, 0] *= second
-        taken[0][:, VELOCITY] /= second
-        if self.scheme.kind == MEAN:
-            # velocities of a mean of forces ring from step to step
-            taken[0][:, VELOCITY] = np.nan
+        # velocities of a mean of forces ring from step to step
+        per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
+        taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
         rows, *configurations = map(handed_over, taken)
         clock = self.motion.clock
         columns = rows.T
@@ -328,11 +341,13 @@ class Loop:
                 "newton_iterations": int(clock[NEWTON]),
                 "assemblies": int(clock[arrays.ASSEMBLIES]),
                 "rejected": int(clock[REJECTED]),
+                **self.rows.stats,
                 **stats,
             },
             scene=scene,
             policy=policy,
             model="kirchhoff",
+            steps=handed_over(steps),
         )
 
 
@@ -366,7 +381,8 @@ def integrate(
         Loop(rod, scheme, begin(), False, problem.arclength).go(
             ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
         )
-    run = Loop(rod, scheme, begin(), configurations, problem.arclength)
+    every = policy.get("every")
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem.results import Array, History, SolverError
+from ribbonfem.rows import Rows
 from ribbonfem.scene import Scene
 from ribbonfem.values import handed_over
 
@@ -15,21 +16,17 @@ ENERGIES = ("kinetic", "elastic", "dissipated", "work")
 
 @dataclass(frozen=True)
 class Motion:
-    """What the time loop hands back, one row an accepted step, in t* and the beam's own units.
+    """What the time loop hands back, in t* and the beam's own units.
 
     Attributes
     ----------
-    rows: (rows, 9) time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time).
-    slope: (rows,), positions: (rows, nodes, 3) in L, and curvature: (rows, nodes) in 1/L, as `integrate` was
-        told to observe them.
+    rows: with the columns of the time loop, slopes, positions (rows, nodes, 3) in L and curvature
+        (rows, nodes) in 1/L, as `integrate` was told to observe them.
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
     """
 
-    rows: Array
-    slope: Array
-    positions: Array
-    curvature: Array
+    rows: Rows
     stats: dict[str, float]
     problem: str
 
@@ -51,11 +48,9 @@ class Motion:
         """
         second = scene.ribbon.inertial_time
         units = (second, 1.0, length, *(length**2,) * 4, 1.0, length / second)
-        for column, unit in enumerate(units):
-            self.rows[:, column] *= unit
-        shapes = self.positions, self.curvature
-        whole, slope, positions, curvature = map(handed_over, (self.rows, self.slope, *shapes))
-        time, angle, height, *energies, load, velocity = whole.T
+        taken, steps = self.rows.taken(dict(enumerate(units)))
+        whole, positions, curvature = map(handed_over, taken)
+        time, angle, height, *energies, load, velocity, _, slope = whole.T
         history = History(
             time=time,
             angle=angle,
@@ -66,10 +61,11 @@ class Motion:
             load=load,
             arclength=arclength,
             velocity=velocity,
-            stats=self.stats,
+            stats=self.stats | self.rows.stats,
             scene=scene,
             policy=policy,
             model=model,
+            steps=handed_over(steps),
         )
         if self.problem:
             where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"

@@ -24,9 +24,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ribbonfem.growing import Growing, some_steps
+from ribbonfem.growing import some_steps
 from ribbonfem.policy import require_duration
 from ribbonfem.results import Array
+from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 
 from . import kernels
@@ -35,6 +36,8 @@ from .motion import Motion
 
 # rows of the dofs, which are observed and written over whenever they are full
 ROWS = 512
+# slopes are put behind the columns of the time loop
+_COLUMNS = Columns(0, 1, kernels.HEIGHT, kernels.ROW_SIZE, kernels.VELOCITY, kernels.KINETIC, kernels.KEPT)
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,7 @@ def integrate(
     w: Array,
     observe: Callable[[Array, Array], tuple[Array, Array, Array]],
     held: Held | None = None,
+    every: int | None = None,
 ) -> Motion:
     """Step a beam from rest in the equilibrium (q, w) through the scene's ramp and hold.
 
@@ -149,28 +153,25 @@ def integrate(
     row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes)
     if held is not None:
         scene = replace(scene, stop=math.copysign(1.0, scene.rate), hold=held.duration)
-    require_duration(scene, control.step, LARGEST_TURN, row)
-    scheme, ramp = control.method.as_scheme(), ramp_of(scene, control)
+    require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
+    scheme, ramp = control.method.as_scheme(), ramp_of(scene, control, every=every or 1)
     if held is not None:
         # no time passes on the ramp
         end = scene.hold / scene.ribbon.inertial_time
         ramp = ramp._replace(rate=0.0, stop=held.angle, turned=0.0, end=end)
     _warm_up(tables, scheme, ramp, q, w)
-    kept = Growing((kernels.ROW_SIZE,), (), (nodes, 3), (nodes,))
+    kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
 
     def keep(rows: Array, row_q: Array, row_w: Array) -> str:
-        kept.append(rows, *observe(row_q, row_w))
+        slope, *shapes = observe(row_q, row_w)
+        kept.append(np.column_stack((rows, slope)), *shapes)
         return kept.full
 
     began = time.perf_counter()
     status, clock, full = _run(tables, scheme, ramp, q, w, keep, None if held is None else held.velocity)
     seconds = time.perf_counter() - began
-    rows, slope, positions, curvature = kept.taken()
     return Motion(
-        rows=rows,
-        slope=slope,
-        positions=positions,
-        curvature=curvature,
+        rows=kept,
         stats={
             "steps": int(clock[kernels.STEPS]),
             "newton_iterations": int(clock[kernels.NEWTON]),

@@ -18,9 +18,9 @@ from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import load, store
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import Ramp
+from ribbonfem.stepping.kernels.arrays import TIME, Ramp
 
-from .arrays import MEMORY, POINTS, SIGMA, Motion, Scratch
+from .arrays import KNOWN, MEMORY, POINTS, SIGMA, Motion, Scratch
 from .condensed import solve
 from .fours import INLINED, OPTIONS, collect, force_at
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
@@ -29,10 +29,14 @@ from .residual import add_forces, add_moments, put_gap, put_gradients, put_inert
 from .rod import P, Rod, Solver
 from .rotations import rotate, turn_between
 
-# Frames along the step (nodes, 4) are kept in the place of the rates of a stage, t.stage_v[1], mean
-# velocities of the last steps in t.stage_a[2] and behind: there are no stages here, and more arrays in the
+# steps over which the error of one is estimated, and iterations beyond which none longer is tried
+SPAN, EASY = 4, 7.0
+# L/t*, above which a ribbon does not creep
+FAST = 2.0
+# Frames along the step (nodes, 4) are kept in the place of the rates of a stage, t.stage_v[1], positions
+# of the last steps in t.stage_a[2] and behind: there are no stages here, and more arrays in the
 # scratch slow every other method down by a tenth.
-KEPT = 3
+KEPT = 3 * SPAN
 STAGES = 2 + KEPT
 
 # Gauss points of a step and their weights, that of the middle last
@@ -181,6 +185,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
             _rates(t, y, b, h, nu)
             if rod.soft > 0.0:
                 _end_forces(rod, s, t, y)
+            t.out[1] = iteration
             return iteration
         fresh = iteration > 1 and rate > 0.3
         before = size
@@ -208,42 +213,41 @@ def guess_ringing(t: Scratch, clock: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def error_by_means(y: Motion, t: Scratch, before: int, h: float) -> tuple[float, float]:
-    """Estimated local error of positions, h^3 x''' / 12, and the largest speed; `before`: steps since a kink.
+def error_by_means(y: Motion, t: Scratch, clock: Array, h: float) -> tuple[float, float]:
+    """Estimated local error of positions, h^3 d3x/dt3 / 12, and the largest speed.
 
-    By second differences of velocities: means of a step, and of those the means of neighbours.  Velocities
-    at the ends of steps ring for ever with what a step does not resolve, as accelerations do.  The error is
-    negative while the last four steps are not of one length: no longer step is to follow.
+    By third differences of positions `SPAN` steps apart (fewer close behind a kink, and where the ribbon
+    creeps): what so many steps do not resolve rings for ever, and is left out.  Its energy is kept all the
+    same; an estimate with it asks for ever shorter steps, as waves grow ever shorter.  The error is
+    negative while the last steps are not of one length, or are hard to solve: no longer step is to follow.
     """
-    if before < KEPT:
+    # instants known since the kink, which is the first
+    last = int(clock[KNOWN]) - 1
+    copy(y.x, t.stage_a[2 + last % KEPT])
+    # (the clamped node has none, and its place is the instant's)
+    t.stage_a[2 + last % KEPT, 0, 0] = clock[TIME]
+    speed = 0.0
+    for i in range(1, y.x.shape[0] - 1):
+        for c in range(3):
+            speed = max(speed, abs(t.x[i, c] - y.x[i, c]))
+    span = min(SPAN if speed > FAST * h else 2, (last + 1) // 3)
+    if span < 1:
         return -1e-300, 1.0
-    first, second, third = t.stage_a[2], t.stage_a[3], t.stage_a[4]
-    h1, h2, h3 = first[0, 0], second[0, 0], third[0, 0]
-    # between the middles of those means
-    late, early = 0.25 * (h + 2.0 * h1 + h2), 0.25 * (h1 + 2.0 * h2 + h3)
-    largest = speed = 0.0
+    first = t.stage_a[2 + (last + 1 - span) % KEPT]
+    second = t.stage_a[2 + (last + 1 - 2 * span) % KEPT]
+    third = t.stage_a[2 + (last + 1 - 3 * span) % KEPT]
+    h1 = clock[TIME] + h - first[0, 0]
+    h2, h3 = first[0, 0] - second[0, 0], second[0, 0] - third[0, 0]
+    largest = 0.0
     for i in range(1, y.x.shape[0] - 1):
         for c in range(3):
-            mean = (t.x[i, c] - y.x[i, c]) / h
-            change = 0.5 * ((mean - second[i, c]) / late - (first[i, c] - third[i, c]) / early)
-            largest = max(largest, abs(change))
-            speed = max(speed, abs(mean))
-    error = h * h * h * largest / (6.0 * (late + early))
-    alike = max(abs(h1 - h), abs(h2 - h), abs(h3 - h)) < 1e-2 * h
-    return (error if alike else -error), speed
-
-
-@compiled(**OPTIONS)
-def keep_mean(y: Motion, t: Scratch, h: float) -> None:
-    """Keep a step's mean velocities, before it is taken over."""
-    copy(t.stage_a[3], t.stage_a[4])
-    copy(t.stage_a[2], t.stage_a[3])
-    first = t.stage_a[2]
-    # (the clamped node has none, and its place is the step's)
-    first[0, 0] = h
-    for i in range(1, y.x.shape[0] - 1):
-        for c in range(3):
-            first[i, c] = (t.x[i, c] - y.x[i, c]) / h
+            v2 = (first[i, c] - second[i, c]) / h2
+            late = ((t.x[i, c] - first[i, c]) / h1 - v2) / (h1 + h2)
+            early = (v2 - (second[i, c] - third[i, c]) / h3) / (h2 + h3)
+            largest = max(largest, abs(late - early))
+    error = 0.5 * h * h * h * largest / (h1 + h2 + h3)
+    easy = abs(h1 - span * h) < 1e-2 * h1 and t.out[1] <= EASY
+    return (error if easy else -error), speed / h
 
 
 @compiled(**OPTIONS)

@@ -14,11 +14,22 @@ from ribbonfem.compiled.copies import add, copy
 from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import lane, larger, load, spread, store
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, HEIGHT, TIME, VELOCITY, Ramp, Scheme, Verbs
+from ribbonfem.stepping.kernels.arrays import (
+    DIRK,
+    GAINED,
+    HEIGHT,
+    KEPT,
+    PLACES,
+    TIME,
+    VELOCITY,
+    Ramp,
+    Scheme,
+    Verbs,
+)
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
-from .conserving import conserve, error_by_means, guess_ringing, keep_mean, mean_kinetic
+from .conserving import conserve, error_by_means, guess_ringing, mean_kinetic
 from .consistent import project, tangents
 from .energies import clamp_moment, elastic_energy
 from .fours import OPTIONS, WIDTH
@@ -218,9 +229,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
 @compiled(**OPTIONS)
 def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     """The same of a step by means."""
-    # the first of the points known is the kink's
-    before = int(model.motion.clock[KNOWN]) - 1
-    error, speed = error_by_means(model.motion, model.scratch, before, h)
+    error, speed = error_by_means(model.motion, model.scratch, model.motion.clock, h)
     return error / _share(speed)
 
 
@@ -251,8 +260,24 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
 
 
 @compiled(**OPTIONS)
+def _balance(rod: Rod, v: Array, clock: Array) -> None:
+    """Take from velocities what a kink, Newton and the three points of the means left of the energy."""
+    if clock[GAINED] != 0.0:
+        part = math.sqrt(1.0 - clock[GAINED] / _kinetic(rod, v))
+        for k in range(4, v.size - 4):
+            v.flat[k] *= part
+        clock[GAINED] = 0.0
+
+
+@compiled(**OPTIONS)
+def _mean_begin(model: Moving, clock: Array) -> None:
+    _balance(model.rod, model.motion.v, clock)
+    _begin(model, clock)
+
+
+@compiled(**OPTIONS)
 def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
-    keep_mean(model.motion, model.scratch, h)
+    _balance(model.rod, model.scratch.v, model.motion.clock)
     _accept(model, m, h)
 
 
@@ -283,14 +308,16 @@ def _record(model: Moving, rows: Array, row: int) -> None:
     rows[row, HEIGHT] = y.x[rod.middle, 2]
     rows[row, SLOPE] = 2.0 * (x * u - w * z)
     rows[row, VELOCITY] = y.v[rod.middle, 2]
-    if row < model.row_x.shape[0]:
+    place = int(y.clock[PLACES])
+    if rows[row, KEPT] > 0.0 and place < model.row_x.shape[0]:
+        y.clock[PLACES] += 1.0
         for i in range(y.g.shape[0]):
             w, x, z, u = y.g[i, 0], y.g[i, 1], y.g[i, 2], y.g[i, 3]
             for c in range(3):
-                model.row_x[row, i, c] = y.x[i, c]
-            model.row_m1[row, i, 0] = 2.0 * (x * u + w * z)
-            model.row_m1[row, i, 1] = 2.0 * (z * u - w * x)
-            model.row_m1[row, i, 2] = w * w - x * x - z * z + u * u
+                model.row_x[place, i, c] = y.x[i, c]
+            model.row_m1[place, i, 0] = 2.0 * (x * u + w * z)
+            model.row_m1[place, i, 1] = 2.0 * (z * u - w * x)
+            model.row_m1[place, i, 2] = w * w - x * x - z * z + u * u
 
 
 _loop = loop_of(
@@ -301,7 +328,7 @@ _mean_loop = loop_of(
     Verbs(
         _project,
         _rescale,
-        _begin,
+        _mean_begin,
         _mean_stage,
         _mean_flows,
         _mean_error,

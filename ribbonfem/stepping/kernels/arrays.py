@@ -22,10 +22,13 @@ MOST_TIMES, MOST_BESIDES = 32.0, 2e4
 # what `clock` holds; a model may have places of its own behind
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
 REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
-CLOCK_SIZE = 20
+# rows with configurations; energy that a step by means gained
+PLACES, GAINED = 20, 21
+CLOCK_SIZE = 22
 # columns of `rows`; a model may have columns of its own behind
-HEIGHT, KINETIC, LOAD, VELOCITY = 2, 3, 7, 8
-ROW_SIZE = 9  # time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time)
+HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 7, 8, 9
+# time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time), whether it is kept
+ROW_SIZE = 10
 
 NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
@@ -105,7 +108,7 @@ class Ramp(NamedTuple):
     smallest: float
     snap: bool  # whether to end soon after the height changes sign
     departed: float  # from zero the height has to have been this far before it crosses it
-    every: int  # steps to a row
+    every: int  # steps to a row that is kept; the others are for events alone
     barrier: float  # energy below which a held beam cannot leave its state any more
     gain: float  # part of the largest energy so far that an adaptive step may gain from nowhere
     least_growth: float  # a step grows by this factor at least, or stays

@@ -22,9 +22,11 @@ from .arrays import (
     DONE,
     EXCESS,
     FULL,
+    GAINED,
     GREW,
     GROWTH,
     HEIGHT,
+    KEPT,
     KINK,
     LAST,
     LOWEST,
@@ -149,6 +151,7 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 if first:
                     # the row is of the instant before the jump
                     kinetic, elastic, moment, load = measure(model, nu, False)
+                    rows[0, KEPT] = 1.0
                     record(model, rows, 0)
                     _write(clock, rows, 0, 0.0 if phase == 0 else ramp.stop, kinetic, elastic, load)
                     clock[SIDE] = rows[0, HEIGHT] if abs(rows[0, HEIGHT]) > ramp.departed else 0.0
@@ -157,7 +160,12 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 kinetic, elastic, moment, load = measure(model, nu, False)
                 clock[POWER] = 2.0 * nu * kinetic
                 clock[MOMENT] = moment
-                clock[EXCESS] = kinetic + elastic + clock[DISSIPATED] - clock[WORK]
+                excess = kinetic + elastic + clock[DISSIPATED] - clock[WORK]
+                if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
+                    # velocities that ring do not all fit the new one: the rest has their energy
+                    clock[GAINED] = excess - clock[EXCESS]
+                else:
+                    clock[EXCESS] = excess
                 if first:
                     clock[LOWEST] = clock[PEAK] = kinetic + elastic - clock[WORK]
                 clock[KINK] = 0.0
@@ -221,18 +229,27 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                     factor = 1.0
             turn = lever * (angle - angle0)
             kinetic, elastic, moment, load = measure(model, nu, True)
-            if m.kind == DIRK:
-                work = turn * (work + m.a[last, last] * moment)
-                lost = h * (lost + m.a[last, last] * (2.0 * nu * kinetic))
+            if m.kind != ONE_STAGE:
+                if m.kind == DIRK:
+                    work += m.a[last, last] * moment
+                    lost += m.a[last, last] * (2.0 * nu * kinetic)
+                lost, work = h * lost, turn * work
                 excess = kinetic + elastic + clock[DISSIPATED] + lost - clock[WORK] - work
                 gained = excess - clock[EXCESS]
+                if m.kind == MEAN:
+                    gained = abs(gained)
                 if ramp.fixed == 0.0 and h > SHORT and gained > ramp.gain * clock[PEAK]:
                     reject(model, clock)
                     _shorter(ramp, clock, 0.5 * h)
                     continue
-                clock[EXCESS] = excess
-            elif m.kind == MEAN:
-                lost, work = h * lost, turn * work
+                if m.kind == DIRK:
+                    clock[EXCESS] = excess
+                elif gained < 0.01 * kinetic:
+                    # the model takes it from its velocities; where they are too low for that, later
+                    clock[GAINED] = excess - clock[EXCESS]
+                    kinetic -= clock[GAINED]
+                else:
+                    clock[GAINED] = 0.0
             accept(model, m, h)
             if m.project:
                 project(model, ramp, clock, spin, False)
@@ -245,14 +262,18 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
             clock[POWER], clock[MOMENT] = 2.0 * nu * kinetic, moment
             _advance(ramp, clock, h, target, landed, factor)
             done = landed and (phase == 1 or ramp.end <= ramp.turned)
-            if done or clock[SINCE] >= ramp.every:
+            # every step leaves a row, in which events are found; the last one is kept too
+            row = int(clock[ROWS])
+            last_row = done or clock[AFTER] > 0.0 or (phase == 1 and kinetic + elastic < ramp.barrier)
+            kept = last_row or clock[SINCE] >= ramp.every
+            rows[row, KEPT] = 1.0 if kept else 0.0
+            record(model, rows, row)
+            _write(clock, rows, row, angle, kinetic, elastic, load)
+            status = _watch(ramp, clock, rows[row, HEIGHT], kinetic + elastic)
+            if status != FULL:
+                return status
+            if kept:
                 clock[SINCE] = 0.0
-                row = int(clock[ROWS])
-                record(model, rows, row)
-                _write(clock, rows, row, angle, kinetic, elastic, load)
-                status = _watch(ramp, clock, rows[row, HEIGHT], kinetic + elastic)
-                if status != FULL:
-                    return status
             if done:
                 return DONE
             if landed:

@@ -1,0 +1,180 @@
+"""Which rows of a motion are kept, and that nothing that is found in it depends on them."""
+
+import numpy as np
+import pytest
+
+import der
+import ribbonfem.rows
+from ribbonfem import Scene, elastica, kirchhoff, quasilinear
+from ribbonfem.outcomes import classify, events
+from ribbonfem.results import Fold
+from ribbonfem.rows import Columns, Rows
+
+RIBBON = Scene(compression=0.40, shear=0.37, start="U+S+", rate=0.5, stop=0.9, damping=0.3)
+PLANAR = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, stop=1.5, damping=1.0)
+RUNS = {
+    "rods": (der, RIBBON, {"nodes": 51}),
+    "rods whose velocities ring": (der, RIBBON, {"nodes": 21, "method": "discrete-gradient", "step": 2e-3}),
+    "elements": (kirchhoff, RIBBON, {"elements": 4, "tolerance": 1e-4}),
+    "right clamp": (
+        der,
+        Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.9, damping=0.3, turned="right"),
+        {"nodes": 51},
+    ),
+    "elastica": (elastica, PLANAR, {"tolerance": 1e-4}),
+    "quasilinear": (quasilinear, PLANAR, {"tolerance": 1e-4}),
+}
+FOLDS = (Fold(0.1139, 0.2, 0.0), Fold(0.5694, 0.1, 0.0))
+
+
+def found(history):
+    """What is derived of a motion."""
+    levels = [
+        history.crossing(name, level) for name in ("height", "slope") for level in (0.0, 0.05, -0.1, 0.3)
+    ]
+    passed = events(history, FOLDS)
+    outcome = classify(history, FOLDS) if history.scene.shear else None
+    kept = {name: v for name, v in history.stats.items() if name not in ("seconds", "rows_within")}
+    return levels, passed, repr(outcome), repr(history).split(";")[1].split("\n")[1], repr(kept)
+
+
+@pytest.mark.parametrize("until", ["end", "snap"])
+@pytest.mark.parametrize("name", RUNS)
+def test_what_is_found_does_not_depend_on_the_rows_kept(name, until):
+    model, scene, policy = RUNS[name]
+    whole = model.simulate(scene, every=1, until=until, **policy)
+    assert whole.crossing() is not None
+    for every in (None, 7, 20, 100, 1000):
+        some = model.simulate(scene, every=every, until=until, **policy)
+        assert found(some) == found(whole), every
+        if every is None:
+            assert len(some) == len(whole) == whole.stats["steps"] + 1
+            continue
+        # the rows are those asked for, and the last
+        rows = np.unique(np.append(np.arange(0, len(whole), every), len(whole) - 1))
+        assert np.array_equal(some.time, whole.time[rows])
+        assert np.array_equal(some.energies["kinetic"], whole.energies["kinetic"][rows])
+        assert np.array_equal(some.energies["elastic"], whole.energies["elastic"][rows])
+        assert np.array_equal(some.load, whole.load[rows])
+        for kind, values in some.configurations.items():
+            assert np.array_equal(values, whole.configurations[kind][rows])
+
+
+def test_the_snap_of_thinned_rods():
+    """The angle is that of a run with every row, of rods and of the elements that they tend to."""
+    scene = Scene(compression=0.40, shear=0.37, start="U+S+", rate=0.5, stop=0.9, damping=0.3, hold=2)
+    for every in (1, 1000):
+        history = der.simulate(scene, nodes=51, tolerance=1.5e-4, every=every, configurations=False)
+        assert history.crossing()[1] == pytest.approx(0.616773, abs=5e-6)
+        assert f"snap at {history.crossing()[1]:.6g} rad" in repr(history)
+
+
+@pytest.mark.parametrize("until", ["end", "decided"])
+def test_a_decided_run_ends_at_one_instant(until):
+    scene = Scene(compression=0.40, shear=0.37, start="U+S+", rate=0.5, stop=0.3, hold=3.0, damping=3.0)
+    ends = [der.simulate(scene, nodes=21, every=k, until=until).time[-1] for k in (1, 13)]
+    assert ends[0] == ends[1]
+    assert (ends[0] < 3.6) == (until == "decided")
+
+
+def between(rows, time, values):
+    """Values (rows, ...) at other instants, on lines through the rows."""
+    k = np.clip(np.searchsorted(rows, time, side="right") - 1, 0, len(rows) - 2)
+    share = ((time - rows[k]) / (rows[k + 1] - rows[k])).reshape(-1, *(1,) * (values.ndim - 1))
+    return values[k] + share * (values[k + 1] - values[k])
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("rods", 120_000), ("elements", 60_000), ("right clamp", 120_000), ("elastica", 9_000)],
+)
+def test_rows_that_fill_the_memory_are_thinned(name, most, monkeypatch):
+    """A line through those left is within 1e-3 L of all, and what is found is the same."""
+    model, scene, policy = RUNS[name]
+    policy = {**policy, "tolerance": 1e-5}
+    whole = model.simulate(scene, every=1, **policy)
+    monkeypatch.setattr(ribbonfem.rows, "MOST", 8 * most)
+    monkeypatch.setattr(ribbonfem.rows, "LEAST", 10)
+    some = model.simulate(scene, **policy)
+    assert len(some) < 0.5 * len(whole)
+    assert found(some)[:4] == found(whole)[:4]
+    assert some.angle[-1] == whole.angle[-1]
+    lines = between(some.time, whole.time, some.configurations["positions"])
+    off = np.linalg.norm(lines - whole.configurations["positions"], axis=2).max()
+    assert 0.0 < off <= some.stats["rows_within"] + 1e-12
+    assert some.stats["rows_within"] <= 1e-3 or len(some) * some.configurations["positions"][0].size < most
+    assert whole.stats["rows_within"] == 0.0
+    # the clamp's own line too
+    assert np.abs(between(some.time, whole.time, some.angle) - whole.angle).max() < 1e-8
+
+
+COLUMNS = Columns(0, 1, 2, 3, 4, 5, 9)
+
+
+def fed(rows, blocks, *, every=None, seed=0):
+    """Rows of a made-up oscillation, handed over in blocks of random lengths."""
+    kept = Rows(10, COLUMNS, every=every)
+    rng, a = np.random.default_rng(seed), 0
+    while a < len(rows):
+        b = min(a + int(rng.integers(1, blocks)), len(rows))
+        kept.append(rows[a:b].copy())
+        a = b
+    return kept
+
+
+def oscillation(count, seed):
+    rng = np.random.default_rng(seed)
+    rows = np.zeros((count, 10))
+    rows[:, 0] = np.cumsum(rng.uniform(0.5, 1.5, count)) * 20.0 / count
+    rows[:, 1] = np.minimum(rows[:, 0], 7.0)
+    rows[:, 2] = 0.2 * np.cos(3.0 * rows[:, 0]) * np.exp(-0.05 * rows[:, 0])
+    rows[:, 3] = np.sin(2.0 * rows[:, 0])
+    rows[:, 9] = np.arange(count) % 5 == 0
+    return rows
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_long_track_keeps_what_happens(seed, monkeypatch):
+    """Sign changes and minima are on the same rows as without, to the last bit, and so few stay."""
+    rows = oscillation(4000, seed)
+    monkeypatch.setattr(ribbonfem.rows, "MOST_TRACKED", 1200)
+    kept = fed(rows, 300, every=5, seed=seed)
+    _, track = kept.taken({})
+    assert track.shape[1] <= 1300
+    assert len(kept.taken({})[0][0]) == 800
+    for column, row in ((2, 2), (3, 3)):
+        values = rows[:, column]
+        changes = np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)) + 1
+        instants = np.concatenate([rows[changes + shift, 0] for shift in (-2, -1, 0, 1)])
+        assert np.isin(instants, track[0]).all(), row
+    height = rows[:, 2]
+    minima = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    assert np.isin(rows[minima, 0], track[0]).all()
+
+
+@pytest.mark.parametrize("most", [300, 1500])
+@pytest.mark.parametrize("seed", range(20))
+def test_thinning_again_and_again_stays_within_its_bound(seed, most, monkeypatch):
+    """Within 1e-3 L where as many rows have room, and else within what is said."""
+    monkeypatch.setattr(ribbonfem.rows, "MOST", 8 * 10 * most)
+    monkeypatch.setattr(ribbonfem.rows, "LEAST", 10)
+    rows = oscillation(6000, seed)
+    kept = fed(rows, 150, seed=seed)
+    (left,), track = kept.taken({})
+    assert len(left) <= most
+    off = np.abs(between(left[:, 0], rows[:, 0], left[:, 2]) - rows[:, 2]).max()
+    assert 1e-5 < off <= kept.within + 1e-12
+    assert kept.within <= (1e-3 if most == 1500 else 1e-2)
+    assert track.shape[1] == len(rows)
+
+
+@pytest.mark.slow
+def test_a_slow_ramp_of_rods_takes_little_memory():
+    """Half a million steps, every configuration of which would take 3.6 GB."""
+    resource = pytest.importorskip("resource")
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.01, stop=0.62, damping=0.0)
+    history = der.simulate(scene, tolerance=1e-6)
+    assert history.stats["steps"] > 100_000
+    assert sum(values.nbytes for values in history.configurations.values()) < 200e6
+    assert history.stats["rows_within"] <= 1e-3
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 500_000
