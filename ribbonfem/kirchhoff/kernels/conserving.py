@@ -32,7 +32,7 @@ from .rotations import rotate, turn_between
 # steps over which the error of one is estimated, and iterations beyond which none longer is tried
 SPAN, EASY = 4, 7.0
 # L/t*, above which a ribbon does not creep
-FAST = 2.0
+FAST = 0.5
 # Frames along the step (nodes, 4) are kept in the place of the rates of a stage, t.stage_v[1], positions
 # of the last steps in t.stage_a[2] and behind: there are no stages here, and more arrays in the
 # scratch slow every other method down by a tenth.
