@@ -8,9 +8,9 @@ from typing import Any
 from ribbonfem.compiled.decorator import compiled
 
 # of all kernels of the rods
-OPTIONS: dict[str, Any] = {"fastmath": {"contract"}, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"fastmath": {"contract"}}
 # of what a step calls over and over with whole tuples of arrays: to hand them over takes a twentieth of it
-INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
+INLINED: dict[str, Any] = {**OPTIONS, "inline": True}
 
 
 @compiled(**OPTIONS)

@@ -7,14 +7,14 @@ from ribbonfem.results import Array
 from .decorator import compiled
 
 
-@compiled(error_model="numpy")
+@compiled()
 def copy(source: Array, target: Array) -> None:
     """Put the entries of one contiguous array into another of the same shape."""
     for i in range(source.size):
         target.flat[i] = source.flat[i]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def add(source: Array, factor: float, target: Array) -> None:
     """Add a multiple of one contiguous array to another of the same shape."""
     for i in range(source.size):

@@ -6,7 +6,7 @@ inside, which is kept between processes; from compiled code, to a part of that (
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from numba import config, njit
@@ -18,16 +18,27 @@ except ImportError:
     Function = None  # type: ignore[assignment, misc]
 
 
-def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def compiled(
+    *, allocates: bool = False, inline: bool = False, fastmath: Collection[str] = ()
+) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: the function compiled, kept between processes, without the interpreter's lock.
+
+    A division by zero gives infinity, as in numpy.
 
     Parameters
     ----------
     allocates: whether it makes or returns arrays.  What does not is compiled without the counting of
         references, a tenth of the time of a small beam's loop, and cannot allocate by mistake.
-    options: further ones of `numba.njit`, such as `fastmath` and `forceinline`.
+    inline: whether it is compiled into every caller: for what is called for an element, a point or a node.
+    fastmath: what the compiler may do to sums and products; the same for all kernels of a package.
     """
-    options = {"nogil": True, "_nrt": allocates, **options}
+    options = {
+        "nogil": True,
+        "error_model": "numpy",
+        "_nrt": allocates,
+        "forceinline": inline,
+        "fastmath": set(fastmath),
+    }
 
     def decorate(function: Callable[..., Any]) -> Any:
         if config.DISABLE_JIT:

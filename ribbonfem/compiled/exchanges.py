@@ -9,7 +9,7 @@ from ribbonfem.results import Array
 from .decorator import compiled
 
 
-@compiled(error_model="numpy")
+@compiled()
 def band_factor(band: Array, pivots: np.ndarray, n: int, width: int) -> None:
     """Overwrite band[i, j - i + width] = A[i, j] (n, 3 width + 1) by its LU with row exchanges.
 
@@ -48,7 +48,7 @@ def band_factor(band: Array, pivots: np.ndarray, n: int, width: int) -> None:
                     band[i, start + j] -= factor * band[k, width + j]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def band_solve(band: Array, pivots: np.ndarray, n: int, width: int, x: Array) -> None:
     """Overwrite x (n,) by the solution, from the factors of `band_factor`."""
     for k in range(n):
@@ -67,7 +67,7 @@ def band_solve(band: Array, pivots: np.ndarray, n: int, width: int, x: Array) ->
         x[k] = value / band[k, width]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def multiply(band: Array, x: Array, y: Array) -> None:
     """y = A x for a symmetric band[i, d] = A[i + d, i]."""
     n, width = band.shape

@@ -25,7 +25,7 @@ transposed, lane = _numbers.transposed, _numbers.lane
 all_below, larger, root = _numbers.all_below, _numbers.larger, _numbers.root
 
 
-@compiled(forceinline=True)
+@compiled(inline=True)
 def increase(array: Array, indices: tuple[int, ...], value: Any) -> None:
     """array[*indices, :] += value."""
     store(array, indices, load(array, indices) + value)

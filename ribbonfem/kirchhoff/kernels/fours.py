@@ -14,9 +14,9 @@ from ribbonfem.compiled.decorator import compiled
 from ribbonfem.compiled.lanes import WIDTH, load, store, transposed
 from ribbonfem.results import Array
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+OPTIONS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz"}}
 # of what is called for an element, a point or a node: to hand over these tuples costs more than its work
-INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
+INLINED: dict[str, Any] = {**OPTIONS, "inline": True}
 
 
 def groups_of(elements: int) -> int:

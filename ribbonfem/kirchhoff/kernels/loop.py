@@ -340,13 +340,13 @@ _mean_loop = loop_of(
 )
 
 
-@compiled(error_model="numpy")
+@compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
     """The time loop of a Kirchhoff rod, see `loop_of`."""
     return _loop(model, m, ramp, model.motion.clock, 1.0, rows)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def run_by_means(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
     """The same with the means of forces along a step (`conserving`)."""
     return _mean_loop(model, m, ramp, model.motion.clock, 1.0, rows)

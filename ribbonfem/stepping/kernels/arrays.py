@@ -177,7 +177,7 @@ class Beam(NamedTuple):
     row_w: Array
 
 
-@compiled(error_model="numpy")
+@compiled()
 def clear(s: Scratch, n: int, width: int) -> None:
     """No band and no right-hand side yet."""
     for i in range(n):

@@ -11,7 +11,7 @@ from .loop import loop_of
 from .quasilinear import measure_quasilinear, newton_quasilinear, project_quasilinear
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _project(beam: Beam, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
     t, nu = beam.t, ramp.damping
     if t.kind == QUASILINEAR:
@@ -26,14 +26,14 @@ def _project(beam: Beam, ramp: Ramp, clock: Array, spin: float, reset: bool) -> 
     return impulse
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _rescale(beam: Beam, ratio: float) -> None:
     a, auxiliary = beam.a, beam.auxiliary
     for i in range(a.shape[0]):
         auxiliary[i] = a[i] + (auxiliary[i] - a[i]) * ratio
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _begin(beam: Beam, clock: Array) -> None:
     s, v, a = beam.s, beam.v, beam.a
     for i in range(v.shape[0]):
@@ -41,7 +41,7 @@ def _begin(beam: Beam, clock: Array) -> None:
         s.stage_a[0, i] = a[i]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _stage(
     beam: Beam,
     m: Scheme,
@@ -105,7 +105,7 @@ def _stage(
     return used
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _error(beam: Beam, m: Scheme, h: float) -> float:
     """Estimated local error of q."""
     s, a, auxiliary = beam.s, beam.a, beam.auxiliary
@@ -124,12 +124,12 @@ def _error(beam: Beam, m: Scheme, h: float) -> float:
     return error
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _reject(beam: Beam, clock: Array) -> None:
     """Nothing is remembered from stage to stage."""
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _accept(beam: Beam, m: Scheme, h: float) -> None:
     s, q, v, a, w = beam.s, beam.q, beam.v, beam.a, beam.w
     auxiliary, dw = beam.auxiliary, beam.dw
@@ -146,7 +146,7 @@ def _accept(beam: Beam, m: Scheme, h: float) -> None:
         w[i] = s.w[i]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _energies(
     t: Tables, beam: Beam, q: Array, v: Array, a: Array, w: Array, nu: float
 ) -> tuple[float, float, float, float]:
@@ -155,7 +155,7 @@ def _energies(
     return measure_elastica(t, v, w)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _measure(beam: Beam, nu: float, solved: bool) -> tuple[float, float, float, float]:
     s = beam.s
     if solved:
@@ -163,13 +163,13 @@ def _measure(beam: Beam, nu: float, solved: bool) -> tuple[float, float, float, 
     return _energies(beam.t, beam, beam.q, beam.v, beam.a, beam.w, nu)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _flows(beam: Beam, nu: float) -> tuple[float, float]:
     kinetic, _, moment, _ = _measure(beam, nu, True)
     return kinetic, moment
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _record(beam: Beam, rows: Array, row: int) -> None:
     t, q, w = beam.t, beam.q, beam.w
     height = velocity = 0.0
@@ -189,7 +189,7 @@ _loop = loop_of(
 )
 
 
-@compiled(error_model="numpy")
+@compiled()
 def run(beam: Beam, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The time loop of a beam, see `loop.loop_of`."""
     return _loop(beam, m, ramp, clock, beam.t.clamp, rows)

@@ -34,7 +34,7 @@ def local_places(p: int) -> NDArray[np.int64]:
     return places
 
 
-@compiled(error_model="numpy")
+@compiled()
 def element_elastica(
     t: Tables, e: int, local: Array, q: Array, v: Array, a: Array, w: Array, b: float, g: float, nu: float
 ) -> None:
@@ -117,7 +117,7 @@ def element_elastica(
                     local[nz[k], nz[l]] += both * sin * sin
 
 
-@compiled(error_model="numpy")
+@compiled()
 def element_projection(
     t: Tables, e: int, local: Array, q: Array, rate: Array, w: Array, dw: Array, dead: Array, second: bool
 ) -> None:
@@ -193,7 +193,7 @@ def element_projection(
             local[nz[k], size] -= mode * turn_z
 
 
-@compiled(error_model="numpy")
+@compiled()
 def condense(local: Array, p: int) -> None:
     """Eliminate the inner unknowns of an element; rows of bubbles and modes of n change places first."""
     size, outer, pairs = 5 * p + 3, p + 7, 2 * (p - 1)
@@ -214,7 +214,7 @@ def condense(local: Array, p: int) -> None:
                 local[i, size] -= factor * right
 
 
-@compiled(error_model="numpy")
+@compiled()
 def scatter(local: Array, p: int, e: int, elements: int, band: Array, right: Array) -> None:
     """Add a condensed element to the global band; the clamped dofs are left out."""
     outer, stride, width = p + 7, p + 4, p + 6
@@ -231,7 +231,7 @@ def scatter(local: Array, p: int, e: int, elements: int, band: Array, right: Arr
                     band[row, column - row + width] += local[i, j]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def expand(local: Array, p: int, e: int, elements: int, x: Array, y: Array) -> None:
     """Increments y (5 p + 3,) of an element's unknowns from the global solution x."""
     outer, stride = p + 7, p + 4
@@ -249,7 +249,7 @@ def expand(local: Array, p: int, e: int, elements: int, x: Array, y: Array) -> N
         y[k] = value / local[k, k]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _collect(t: Tables, s: Scratch, dq: Array, dw: Array) -> None:
     """Solve the assembled and condensed system of the elastica; increments of q and w in dq, dw."""
     elements, p = t.dx.shape
@@ -272,7 +272,7 @@ def _collect(t: Tables, s: Scratch, dq: Array, dw: Array) -> None:
             dw[base + p + k] = y[nz[k]]
 
 
-@compiled(error_model="numpy")
+@compiled()
 def newton_elastica(
     t: Tables,
     s: Scratch,
@@ -317,7 +317,7 @@ def newton_elastica(
     return -NEWTON_LIMIT
 
 
-@compiled(error_model="numpy")
+@compiled()
 def project_elastica(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, spin: float, nu: float
 ) -> float:
@@ -363,7 +363,7 @@ def project_elastica(
     return impulse
 
 
-@compiled(error_model="numpy")
+@compiled()
 def measure_elastica(t: Tables, v: Array, w: Array) -> tuple[float, float, float, float]:
     """Kinetic energy, elastic energy, moment on the clamp and mean compressive force."""
     elements, p = t.dx.shape

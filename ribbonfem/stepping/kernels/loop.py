@@ -55,7 +55,7 @@ from .arrays import (
 )
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     """The next step: never past the end of the phase, and no sliver of a step left before it."""
     h = clock[STEP]
@@ -70,7 +70,7 @@ def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     return 0.5 * rest if rest < 2.0 * h else h
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _shorter(ramp: Ramp, clock: Array, h: float) -> bool:
     """Ask for a shorter step than the one that failed; whether there is one."""
     clock[REJECTED] += 1.0
@@ -78,7 +78,7 @@ def _shorter(ramp: Ramp, clock: Array, h: float) -> bool:
     return h >= ramp.smallest
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _advance(ramp: Ramp, clock: Array, h: float, target: float, landed: bool, factor: float) -> None:
     # what rounding leaves of the sum of many equal steps is carried on: they are to land on the end
     time = clock[TIME]
@@ -92,7 +92,7 @@ def _advance(ramp: Ramp, clock: Array, h: float, target: float, landed: bool, fa
         clock[STEP] = max(clock[STEP], h * factor)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _write(
     clock: Array, rows: Array, row: int, angle: float, kinetic: float, elastic: float, load: float
 ) -> None:
@@ -106,7 +106,7 @@ def _write(
     clock[ROWS] = row + 1.0
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
     """What a new row says: GREW, DONE, or FULL to go on."""
     excess = total + clock[DISSIPATED] - clock[WORK]
@@ -280,4 +280,4 @@ def loop_of(verbs: Verbs) -> Callable[..., int]:
                 clock[PHASE] = 1.0
                 clock[KINK] = 1.0
 
-    return compiled(error_model="numpy")(run)
+    return compiled()(run)

@@ -11,7 +11,7 @@ from ribbonfem.results import Array
 from .arrays import NEWTON_LIMIT, Scratch, Tables
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _bordered(s: Scratch, n: int, row: Array, right: Array, last: float) -> float:
     """Solve [[A, row], [row, 0]] (x, y) = (right, last); x in `right`, y returned.
 
@@ -39,7 +39,7 @@ def _bordered(s: Scratch, n: int, row: Array, right: Array, last: float) -> floa
     return first + second
 
 
-@compiled(error_model="numpy")
+@compiled()
 def newton_quasilinear(
     t: Tables,
     s: Scratch,
@@ -99,7 +99,7 @@ def newton_quasilinear(
     return -NEWTON_LIMIT
 
 
-@compiled(error_model="numpy")
+@compiled()
 def project_quasilinear(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, spin: float, nu: float
 ) -> float:
@@ -151,7 +151,7 @@ def project_quasilinear(
     return impulse
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _on_clamp(band: Array, x: Array) -> float:
     """The row of A x that belongs to the clamped slope, A a band as in `multiply`."""
     total = band[1, 0] * x[1] + band[0, 1] * x[0] + band[1, 1] * x[2]
@@ -160,7 +160,7 @@ def _on_clamp(band: Array, x: Array) -> float:
     return total
 
 
-@compiled(error_model="numpy")
+@compiled()
 def measure_quasilinear(
     t: Tables, s: Scratch, q: Array, v: Array, a: Array, w: Array, nu: float
 ) -> tuple[float, float, float, float]:
