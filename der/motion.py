@@ -211,9 +211,10 @@ def policy_of(
         float(np.inf),
         1e-9,
         float(radius),
-        tableau.a,
+        # (of a value arrays are read-only, which to compiled code is another type)
+        tableau.a.copy(),
         tableau.c,
-        tableau.error,
+        tableau.error.copy(),
         1.0 + embedded,
     )
 

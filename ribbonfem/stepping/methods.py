@@ -42,10 +42,18 @@ class Method:
     def as_scheme(self) -> kernels.Scheme:
         """The same for the kernel."""
         if self.tableau is not None:
+            # (of a value arrays are read-only, which to compiled code is another type)
             data = self.tableau
             power = data.embedded + 1.0
             return kernels.Scheme(
-                kernels.DIRK, power, data.stages, data.a, data.c, data.error, *(8 * (0.0,)), False
+                kernels.DIRK,
+                power,
+                data.stages,
+                data.a.copy(),
+                data.c,
+                data.error.copy(),
+                *(8 * (0.0,)),
+                False,
             )
         return kernels.Scheme(
             kernels.MEAN if self.mean else kernels.ONE_STAGE,
