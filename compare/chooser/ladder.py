@@ -39,7 +39,7 @@ RUNGS = (
 _SCATTER, _REST = 2.0, 0.1
 # Claimed of a difference that stands alone, and of the last of several, which counts as at least this part of
 # the one before.
-_ALONE, _LATEST, _BEFORE = 3.0, 2.0, 0.3
+_ALONE, _LATEST, _BEFORE = 6.0, 2.0, 0.3
 # The same of a ribbon that rattles: it snaps at one vibration or another, and two runs may agree by chance.
 _RATTLE_ALONE, _RATTLE_BEFORE = 20.0, 1.0
 # Runs that differ by so many scatters of the coarser are not smooth.

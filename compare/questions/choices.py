@@ -337,7 +337,7 @@ def values(found: Choices) -> dict[str, Any]:
 QUESTION = Question(
     name="choices",
     title="The cheapest model that will do",
-    takes="some 5 minutes for 60 scenes",
+    takes="some 10 minutes for 60 scenes",
     main=main,
     words=words,
     tables=tables,
