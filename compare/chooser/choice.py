@@ -5,13 +5,14 @@ In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;
 * the quasi-linear beam, where dL/L is small and the stretch does not count;
-* the elastica, where the scene is planar and stays so: with bending and twisting stiffness above
-  a bound its out-of-plane mode is stable up to the fold, below it the elastica's own second variation
-  is asked; a scene that leaves its plane is refused;
+* the elastica, where the scene is planar, and a law of single runs is exact enough;
+* elements of the Kirchhoff rod for other planar scenes: a run stays in the plane to the last bit, and a scene
+  that would leave it is refused. With bending and twisting stiffness above a bound the out-of-plane mode is
+  stable up to the fold, below it the elastica's own second variation is asked;
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
   that a run would have to follow a long vibration which cannot carry it over the barrier;
-* a ribbon in motion by finite elements: one run inside of a measured law, which reads off itself whether
-  it rattles, else each run checked by a finer one until the tolerance is met;
+* a ribbon in motion by the same elements: one run inside of a measured law, which reads off itself whether
+  it rattles, else finer and finer ones until what they differ by, and their scatter, meet the tolerance;
 * discrete rods on two or more meshes, extrapolated, where the elements fail.
 
 The reference of all errors is the ribbon as it is stated: in three dimensions and extensible.
@@ -29,13 +30,16 @@ from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
 from . import climb, ladder, slow
 from .climb import CROSSINGS
 from .laws import Laws, shipped
-from .plans import AtRest, Beams, Choice, Elements, Known, OneBeam, Slow
+from .plans import AtRest, Choice, Elements, Known, OneBeam, Slow
 
 QUANTITIES = (*CROSSINGS, "fold")
 
 # Planar states are stable out of plane up to their fold, for dL/L up to the first number, if EI1/EI2 and
 # GJ/EI2 are at least the others: more stiffness only adds to the second variation.
 FLAT = (0.6, 20.0, 1.4)
+# The laws of single planar runs: by how much errors may exceed them between the scenes that were measured,
+# where a beam rings in another phase (1.8 was met), and the error (rad) of what they were measured against.
+_RINGING, _MEASURED_TO = 5.0, 2e-5
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
 # steps of a rod above which the ribbon's fold and its delay are cheaper than a run, and their CPU seconds
@@ -151,11 +155,14 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     ) -> Choice:
         return way(scene, "snap", tolerance, model, policy, error, seconds, reason, value, motion)
 
+    def refined(why: str) -> Choice:
+        reason = f"planar, {why}: elements of the Kirchhoff rod, each run checked by a finer one"
+        return _elements(scene, tolerance, "snap", reason, motion)
+
     up, side = climb.upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
-        reason = f"planar, but {outside}, where no law was measured: elasticas, each checked by a finer one"
-        return chosen(Beams, "elastica", {}, tolerance, 0.1, reason)
+        return refined(f"but {outside}, where no law was measured")
     found = laws.planar.predict(up)
     stop = math.inf if scene.stop is None else abs(scene.stop)
     known = f"predicted: the fold at {side * found.fold:.5f} and a delay of {found.delay:.2g} rad"
@@ -169,9 +176,11 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if found.angle - found.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
+    pair = ladder.seconds(ladder.first_rung(scene, tolerance))
+    factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, found.fold)
     for policy in laws.planar.policies:
-        error = laws.planar.run_error(policy, up)
-        if error <= tolerance:
+        error = factor * laws.planar.run_error(policy, up) + _MEASURED_TO
+        if error <= tolerance and laws.planar.seconds(policy) <= pair:
             reason = f"a prediction is good to {found.error:.1e} only; " if not motion else "the motion: "
             if policy.model == "quasilinear":
                 reason += f"dL/L is small enough for the quasi-linear beam, to {error:.1e}"
@@ -185,8 +194,16 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
                     "tolerance": policy.tolerance,
                 }
             return chosen(OneBeam, policy.model, rest, error, laws.planar.seconds(policy), reason)
-    reason = "finer than the laws were measured: elasticas, each checked by a finer one"
-    return chosen(Beams, "elastica", {}, tolerance, 0.5, reason)
+    return refined("and finer than a law of cheaper beams")
+
+
+def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion: bool) -> Choice:
+    """Runs that check each other."""
+    rung = ladder.first_rung(scene, tolerance)
+    count, local, _ = ladder.RUNGS[rung]
+    policy = {"elements": count, "tolerance": local, "extensible": True}
+    error, seconds = ladder.scatter(scene, ladder.RUNGS[rung + 1][1]), ladder.seconds(rung)
+    return Elements(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)
 
 
 def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
@@ -199,19 +216,14 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
                 f"and the delay to its next order, to {uncertain:.1e} or so; else a run"
             )
             return Slow(scene, quantity, tolerance, "folds", {}, uncertain, _SLOW_SECONDS, reason)
-    rung, bound = ladder.beginning(scene, tolerance, laws.elements)
+    law = ladder.alone(scene, tolerance, laws.elements)
+    if law is None:
+        reason = "sheared: elements of the Kirchhoff rod, each run checked by a finer one"
+        return _elements(scene, tolerance, quantity, reason, motion)
+    rung, bound = law
     count, local = laws.elements.ladder[rung]
-    first = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L"
-    if bound is not None:
-        reason = f"{first} do, to {bound:.1e}, unless the run rattles: then finer ones check it"
-        error, seconds = bound, laws.elements.seconds[rung]
-    else:
-        where = (
-            "checked by a finer run"
-            if ladder.covered(scene, laws.elements)
-            else ("outside of what the law was measured for, each run checked by a finer one")
-        )
-        reason = f"{first}, {where}"
-        error, seconds = laws.elements.typical[rung], sum(laws.elements.seconds[rung : rung + 2])
     policy = {"elements": count, "tolerance": local, "extensible": True}
-    return Elements(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)
+    seconds = laws.elements.seconds[rung]
+    reason = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L do, to "
+    reason += f"{bound:.1e}, unless the run rattles: then finer ones check it"
+    return Elements(scene, quantity, tolerance, "kirchhoff", policy, bound, seconds, reason, motion=motion)

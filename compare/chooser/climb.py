@@ -23,7 +23,7 @@ from typing import Any
 
 import der
 from compare.limits import limit_of
-from ribbonfem import History, Scene, SceneError, SolverError, elastica
+from ribbonfem import History, Scene, SceneError, SolverError
 from ribbonfem.results import Value
 
 from .laws import RibbonLaws, beam_units
@@ -34,8 +34,6 @@ CROSSINGS = {"snap": "height", "first snap": "slope"}
 SCATTER = 0.02
 # e-foldings of a free vibration's energy after which it is forgotten
 _FORGOTTEN = 12.0
-# meshes and tolerances of the elastica, each to be checked by the next
-BEAMS = ((8, 1e-5), (12, 3e-6), (16, 1e-6), (24, 3e-7), (32, 1e-7))
 # how far beyond the stop, in rad, to look for a snap that may belong before it
 _BEYOND = 0.3
 # a rattle converges less evenly: its estimates are multiplied by this
@@ -286,26 +284,6 @@ def rods(
             sensitive = not settled and not climbing.closing()
             return Settled(value, total, sensitive, (*done, *climbing.runs), climbing.history)
         climbing.add(ladder.pop(0))
-
-
-def beams(scene: Scene, tolerance: float) -> Settled:
-    """Run the extensible elastica on finer and finer meshes until its snap has settled to a tolerance.
-
-    Parameters and errors as in `rods`, of a planar scene; each run's error is its distance to the next.
-    """
-    whole = endless(scene)
-    runs: list[Run] = []
-    history: History | None = None
-    error = math.inf
-    for elements, local in BEAMS:
-        policy = {"elements": elements, "extensible": True, "tolerance": local, "until": "snap"}
-        run, history = timed("elastica", elastica.simulate, whole, "snap", policy)
-        if runs:
-            error = apart(runs[-1].value, run.value)
-        runs.append(run)
-        if error <= tolerance:
-            break
-    return Settled(runs[-1].value, error, error > tolerance, tuple(runs), history)
 
 
 def upward(scene: Scene) -> Scene:

@@ -134,14 +134,18 @@ class PlanarLaws:
         unit = scene.ribbon.inertial_time
         return NormalForm(float(mu) * root, float(product) / root / unit**4)
 
+    def ringing_left(self, scene: Scene, fold: float) -> float:
+        """The part of the ringing since the ramp began with which a beam meets its fold, in any phase."""
+        _, rate, damping, _ = beam_units(scene)
+        return math.exp(-0.5 * damping * fold / rate)
+
     def predict(self, scene: Scene) -> Prediction:
         """The snap of U+ under a positive rate, without a run (inside of what was measured)."""
         compression, rate, damping, _ = beam_units(scene)
         form = self.fold(scene)
         delay = self.delay(form, abs(scene.rate), scene.damping)
         ratio = float(self._ratio((math.log(compression), math.log(rate), math.log(damping))))
-        # the start of the ramp sets the beam ringing; what is left of it at the fold comes in any phase
-        left = math.exp(-0.5 * damping * form.angle / rate)
+        left = self.ringing_left(scene, form.angle)
         error = self.floor + self.ringing[0] * rate ** self.ringing[1] * left + self.ringing[2] * rate
         return Prediction(form.angle + ratio * delay, error, form.angle, ratio * delay)
 

@@ -136,16 +136,8 @@ class OneBeam(Choice):
         return Settled(run.value, self.estimate, False, (run,), history)
 
 
-class Beams(Choice):
-    """Elasticas outside of what the laws were measured for, each checked by a finer one."""
-
-    def settle(self) -> Settled:
-        """Refine."""
-        return climb.stopped(self.scene, lambda scene: climb.beams(scene, self.tolerance))
-
-
 class Elements(Choice):
-    """A ribbon in motion by elements on finer and finer meshes; rods after all where the elements fail."""
+    """A scene in motion by elements on finer and finer meshes; rods after all where the elements fail."""
 
     def settle(self) -> Settled:
         """Refine."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from typing import Any
@@ -70,6 +71,32 @@ def random_ribbon(rng: np.random.Generator) -> Scene:
         return scene
 
 
+def random_scene(rng: np.random.Generator, *, planar: bool) -> Scene:
+    """A scene of any section and pace: planar, U+, or sheared, U+S+ or U+S-, where that is a stable state.
+
+    h/L is log-uniform in 0.004..0.02, rate in 0.03..5 rad/s, nu in 0.1..20 1/s; dL/L uniform in 0.05..0.5 of
+    planar scenes, in 0.1..0.5 of the others, dW uniform in 0.1..0.9 of its limit.  The ramp has no stop.
+    """
+
+    def log_uniform(low: float, high: float) -> float:
+        return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+    while True:
+        drawn: dict[str, Any] = {"ribbon": Ribbon(thickness=log_uniform(0.004, 0.02))}
+        drawn |= {"rate": log_uniform(0.03, 5.0), "damping": log_uniform(0.1, 20.0)}
+        if planar:
+            return Scene(compression=rng.uniform(0.05, 0.5), shear=0.0, start="U+", **drawn)
+        compression, start = rng.uniform(0.1, 0.5), str(rng.choice(["U+S+", "U+S-"]))
+        shear = (compression * (2.0 - compression)) ** 0.5 * rng.uniform(0.1, 0.9)
+        scene = Scene(compression=compression, shear=shear, start=start, **drawn)
+        try:
+            for elements in (8, 16):
+                kirchhoff.state(scene.at_rest, elements=elements, extensible=True)
+        except (SceneError, SolverError):
+            continue
+        return scene
+
+
 def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, float, bool]:
     """Angle of the snap of a run of elements (nan: none), its CPU seconds, whether it rattles."""
     begin = time.process_time()
@@ -83,12 +110,17 @@ def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, 
     return angle, time.process_time() - begin, rattles(history, scene)
 
 
-def rod_snap(scene: Scene, nodes: int, tolerance: float) -> tuple[float, float]:
+def rod_snap(scene: Scene, nodes: int, tolerance: float, method: str = "tr-bdf2") -> tuple[float, float]:
     """Angle of the snap of a rod (nan where there is none), and the CPU seconds of the run."""
     begin = time.process_time()
     try:
         history = der.simulate(
-            endless(scene), nodes=nodes, tolerance=tolerance, configurations=False, until="snap"
+            endless(scene),
+            nodes=nodes,
+            method=method,
+            tolerance=tolerance,
+            configurations=False,
+            until="snap",
         )
     except (SceneError, SolverError):
         return float("nan"), time.process_time() - begin
