@@ -163,7 +163,7 @@ def test_sizes_that_overflow_are_refused():
         (der, {"nodes": 10**9}, "bytes"),
         (elastica, {"elements": 10**9}, "bytes"),
         (der, {"every": 10**20}, "at most 1000000000"),
-        (der, {"step": 2e-10, "nodes": 2001}, "bytes"),
+        (der, {"step": 2e-10, "nodes": 2001, "every": 1}, "bytes"),
     ],
 )
 def test_what_cannot_be_afforded_is_refused_with_the_number(model, policy, word):
