@@ -17,6 +17,7 @@ import secrets
 import shutil
 import stat
 import tempfile
+import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -32,8 +33,8 @@ TREE = "result.json"
 _MARK = "!"
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-# how often a file is written again whose folder has been taken away meanwhile
-_TRIES = 20
+# s; for so long a file is written again whose folder is taken away meanwhile
+_PATIENCE = 5.0
 
 
 class ArchiveError(ValueError):
@@ -93,15 +94,17 @@ def write_whole(path: Path, content: bytes | str) -> None:
     """Write a file whole or not at all, in UTF-8 whatever the locale; errors as of `whole`."""
     # (names of files may hold bytes that are no letters)
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-    for tries in range(_TRIES, -1, -1):
+    until = time.monotonic() + _PATIENCE
+    while True:
         try:
             with whole(path) as aside:
                 aside.write_bytes(data)
             return
         except FileNotFoundError:
             # another process may clear a folder that this one writes to
-            if not tries:
+            if time.monotonic() > until:
                 raise
+            time.sleep(1e-3)
 
 
 def finite(value: Any) -> Any:

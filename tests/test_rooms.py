@@ -15,7 +15,18 @@ FILES = {
 # what stands to the left of each room: a room may import from these, and from itself
 PROBLEM = {
     f"ribbonfem.{n}"
-    for n in ("ribbon", "scene", "results", "crossings", "values", "policy", "image", "names", "growing")
+    for n in (
+        "ribbon",
+        "scene",
+        "results",
+        "crossings",
+        "values",
+        "policy",
+        "image",
+        "names",
+        "growing",
+        "rows",
+    )
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
 PROBLEM |= {"ribbonfem.declared", "ribbonfem.outcomes", "ribbonfem.tableaus"}

@@ -392,13 +392,13 @@ import compare, sys
 from compare.sweep.task import edition
 from compare.questions.registry import ORDER, summary
 from ribbonfem import Branch, History
-from ribbonfem.compiled.decorator import digest
+from ribbonfem.compiled.sources import digest
 assert "package.zip" in compare.__file__
 assert hasattr(History, "plot") and hasattr(Branch, "plot")
 assert all(len(summary(name)) > 20 for name in ORDER)
 print(edition(), digest("ribbonfem.kirchhoff.kernels.loop"))
 """
-    from ribbonfem.compiled.decorator import digest
+    from ribbonfem.compiled.sources import digest
 
     surrounding = {**BARE, "PYTHONPATH": str(whole)}
     done = subprocess.run(
