@@ -269,6 +269,8 @@ def main(
         mesh = _mesh_rows()
         rods = _rod_rows(nodes, progress)
         beams, dots, curve = planar_curves(51, progress)
+        # (what the others have not begun is done here meanwhile)
+        warm_up("der")
         compiling.wait()
         snaps = _snap_rows(progress)
     return Crosscheck(
