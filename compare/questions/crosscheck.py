@@ -367,7 +367,7 @@ def values(found: Crosscheck) -> dict[str, Any]:
 QUESTION = Question(
     name="crosscheck",
     title="Folds of the planar beam, side by side",
-    takes="a few seconds; the first time, with compiling, half a minute",
+    takes="about ten seconds; the first time, with compiling, a minute",
     main=main,
     words=words,
     tables=tables,
