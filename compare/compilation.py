@@ -95,7 +95,9 @@ def digest_of(job: str) -> str:
 def _place(job: str) -> tuple[list[Path], str, bytes]:
     """Where it is noted that a job was done, under which name, and what it depends on."""
     source = Path(str(import_module(JOBS[job].kernels).__file__)).absolute()
-    made = made_from(JOBS[job].kernels) + _processor() + __loader__.get_data(__file__)  # type: ignore[name-defined]
+    # (what is computed around compiled code differs in its last digits with the kernels that BLAS takes)
+    blas = os.environ.get("OPENBLAS_CORETYPE", "").encode()
+    made = made_from(JOBS[job].kernels) + _processor() + blas + __loader__.get_data(__file__)  # type: ignore[name-defined]
     return folders(source), f"{job.replace(' ', '-')}.done", made
 
 
