@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from compare.__main__ import main
-from compare.questions.registry import ORDER, named, summary
+from compare.report.registry import ORDER, named, summary
 
 HERE = Path(__file__).parent
 OTHERS = {

@@ -14,14 +14,14 @@ python -m compare, or ribbonfem                    the questions as commands
 from collections.abc import Callable
 from typing import Any
 
-from compare.face.attach import install
+from ribbonfem.output.methods import install
 
 # what scripts call, and the module of each: all of it imported only when it is asked for
 _CALLS = {
     "choose": "compare.chooser.choice",
-    "convergence": "compare.measures.convergence",
+    "convergence": "compare.quantities.convergence",
     "load": "compare.archive",
-    "read_scene": "compare.face.scene_file",
+    "read_scene": "ribbonfem.output.scene_file",
     "save": "compare.archive",
     "selection_diagram": "compare.diagrams",
     "skipping_diagram": "compare.diagrams",

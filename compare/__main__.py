@@ -1,6 +1,6 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
-A command is a question (`compare.questions`): the keyword parameters of its `main` are its options, its
+A command is a question (`compare.commands`): the keyword parameters of its `main` are its options, its
 docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a
 command is known, so that ``--help`` answers at once.
 
@@ -23,8 +23,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from compare.face.terminal import complain, printing, show, terminal
-from compare.questions.registry import ORDER, Question, named, publish, summary
+from compare.report.registry import ORDER, Question, named, publish, summary
+from compare.report.terminal import complain, printing, show, terminal
 
 OUT = Path("ribbonfem-report")
 REPORT, SCENES, WARM = "report", "scenes", "warm"
@@ -166,8 +166,8 @@ def _told(left_out: dict[str, str], prog: str) -> None:
 def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> int:
     """Compute, write, show."""
     from compare.archive import finite
-    from compare.face.report import PAGE, require_room
-    from compare.face.terminal import Rows
+    from compare.report.folder import PAGE, require_room
+    from compare.report.terminal import Rows
     from compare.sweep import Progress, Sweep
 
     out, prog = options["out"], f"ribbonfem {question.name}"
@@ -211,7 +211,7 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
 def _report(arguments: Sequence[str]) -> int:
     """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
     from compare.archive import load, write_whole
-    from compare.face.report import PAGE, add_pictures, require_room, write_page, write_section
+    from compare.report.folder import PAGE, add_pictures, require_room, write_page, write_section
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
     parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
@@ -251,7 +251,7 @@ def _report(arguments: Sequence[str]) -> int:
 
 def _scenes(arguments: Sequence[str]) -> int:
     """List the scene files that are shipped, or write them: those that are named, or with --out all."""
-    from compare.face.scenes import titles, write
+    from ribbonfem.output.scenes import titles, write
 
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {SCENES}", description=_scenes.__doc__, epilog=f"{STATUS}. No file is written over."

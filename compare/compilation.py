@@ -24,7 +24,7 @@ from compare.sweep import Progress, Sweep
 from compare.sweep.pool import WorkerPool
 from compare.sweep.pool import alone as no_workers
 from ribbonfem import Scene
-from ribbonfem.compiled.kept import folders, made_from, read, write
+from ribbonfem.jit.cache import folders, made_from, read, write
 
 _PLANAR = Scene(compression=0.30, shear=0.0, start="U+", rate=10.0)
 _RIBBON = Scene(compression=0.40, shear=0.40, rate=0.03, damping=0.3)
@@ -82,7 +82,7 @@ JOBS = {
     "rods in motion": Job("der.kernels.loop", 8.0, lambda: _motion("der", _RIBBON, nodes=21)),
     "rods at rest": Job("der.kernels.loop", 6.0, _rods_rest),
     "elements at rest": Job("ribbonfem.kirchhoff.kernels.statics", 6.0, _elements_rest),
-    "planar beams at rest": Job("ribbonfem.compiled.banded", 3.0, _planar_rest),
+    "planar beams at rest": Job("ribbonfem.linalg.banded", 3.0, _planar_rest),
 }
 
 

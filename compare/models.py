@@ -9,7 +9,7 @@ from typing import Any
 
 import der
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.declared import Declared
+from ribbonfem.model_info import Declared
 
 MODELS: dict[str, ModuleType] = {
     "quasilinear": quasilinear,

@@ -20,11 +20,11 @@ import ribbonfem
 from ribbonfem.names import public
 
 from . import modes
-from .declared import DECLARED
 from .escape import escape
+from .functions import equilibria, folds, frequencies, leaves_plane, normal_forms
+from .info import DECLARED
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
-from .verbs import equilibria, folds, frequencies, leaves_plane, normal_forms
 
 __all__ = [
     "DECLARED",

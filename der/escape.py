@@ -8,7 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
-from ribbonfem.policy import choice, local_error, verb
+from ribbonfem.options import choice, local_error, verb
 from ribbonfem.results import History, SolverError
 from ribbonfem.scene import Scene
 

@@ -23,15 +23,16 @@ from types import MappingProxyType
 import numpy as np
 
 from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.growing import some_steps
-from ribbonfem.policy import PolicyError, choice, require_duration, verb, within
+from ribbonfem.frozen import handed_over
+from ribbonfem.options import PolicyError, choice, require_duration, verb, within
 from ribbonfem.results import Array, History, SolverError
+from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
-from ribbonfem.values import handed_over
 
-from . import kernels, plane
+from . import kernels
+from . import out_of_plane as plane
 from .problem import Statics, default_steps
 from .rod import Rod, RodState
 from .states import start_state

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.continuation import Point, at_parameter, first_point, trace
-from ribbonfem.policy import verb
+from ribbonfem.options import verb
 from ribbonfem.results import Array, RestState, SolverError
 from ribbonfem.scene import Scene, SceneError
 

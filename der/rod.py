@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ribbonfem.policy import choice, require_memory, whole_number
+from ribbonfem.options import choice, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 

@@ -7,7 +7,7 @@ Each model is a module with the verbs `folds`, `equilibria` and (the dynamic one
 from __future__ import annotations
 
 from .names import public
-from .policy import PolicyError
+from .options import PolicyError
 from .results import Branch, Fold, History, SolverError
 from .scene import Ribbon, Scene, SceneError, SceneWarning
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
+from .frozen import handed_over
 from .results import Array, Branch, Fold, History, RestState
 from .scene import Scene, swapped
-from .values import handed_over
 
 _HALF_TURN = np.array([-1.0, -1.0, 1.0])
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ribbonfem.crossings import between, kinks_of
+from ribbonfem.events import between, kinks_of
 from ribbonfem.image import imaged
 from ribbonfem.results import MESH, Array, Fold, History, Value
 from ribbonfem.scene import Scene, shown, swapped

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .crossings import kinks_of, root
+from .events import kinks_of, root
+from .frozen import Frozen, Value, html_table, short_policy, some_rows
 from .scene import Scene, as_number, shown
-from .values import Frozen, Value, html_table, short_policy, some_rows
 
 __all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "SolverError", "Value"]
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .growing import Growing
-from .policy import MOST_STEPS
+from .options import MOST_STEPS
 from .results import Array
+from .row_buffer import Growing
 
 # bytes of rows beyond which they are thinned where nobody said which to keep, and the part that is left then
 MOST, LEFT = 160_000_000, 0.6

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .frozen import Value
 from .results import Array
-from .values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,12 @@ import pytest
 
 import der
 from compare.__main__ import main as command
-from compare.measures import quantities
-from compare.questions.accuracy import question as accuracy
-from compare.questions.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
-from compare.questions.accuracy.fronts import Candidate, distance, front, ranking
-from compare.questions.accuracy.references import buckled, reference, small_slopes
-from compare.questions.registry import publish
+from compare.quantities import measure as quantities
+from compare.report.registry import publish
+from compare.studies.accuracy import study as accuracy
+from compare.studies.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
+from compare.studies.accuracy.fronts import Candidate, distance, front, ranking
+from compare.studies.accuracy.references import buckled, reference, small_slopes
 from compare.sweep import Sweep
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 

@@ -12,9 +12,9 @@ import pytest
 
 import compare
 import der
-from compare.diagrams.record import Diagram
-from compare.face.surface import area, of_rest
+from compare.diagrams.result import Diagram
 from ribbonfem import Fold, Scene, elastica, kirchhoff
+from ribbonfem.output.surface import area, of_rest
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
 SHEARED = Scene(compression=0.4, shear=0.40, rate=1.0, stop=0.2, damping=10.0)

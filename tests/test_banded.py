@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ribbonfem.compiled.banded import Arrow
+from ribbonfem.linalg.banded import Arrow
 
 
 @pytest.mark.parametrize(("width", "border"), [(1, 0), (3, 1), (5, 2), (7, 3)])

@@ -6,16 +6,18 @@ import pytest
 
 import compare
 import der
-from compare.chooser import climb, ladder, references
+from compare.chooser import levels as ladder
+from compare.chooser import references
+from compare.chooser import refinement as climb
 from compare.chooser.choice import FLAT, choose, stays_planar
-from compare.chooser.laws import Policy, beam_units, shipped
-from compare.chooser.plans import Known
+from compare.chooser.cost_laws import Policy, beam_units, shipped
+from compare.chooser.strategies import Known
 from compare.chooser.trials import random_scene
 from compare.limits import limit_of
-from compare.questions import choices
+from compare.studies import choices
 from ribbonfem import Ribbon, Scene, SceneError, elastica, kirchhoff
 from ribbonfem.delay import universal
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 PLANAR = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0)
 RATTLE = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.01, damping=0.1)

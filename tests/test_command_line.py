@@ -15,13 +15,13 @@ import pytest
 
 from compare.__main__ import main
 from compare.archive import load, save
-from compare.face import report
-from compare.face.scene_file import read_scene
-from compare.face.section import Drawing, Picture, Section, Table
-from compare.face.style import figure
 from compare.models import MODELS
-from compare.questions.registry import ORDER, Question, named, publish, summary
+from compare.report import folder as report
+from compare.report.registry import ORDER, Question, named, publish, summary
+from compare.report.section import Drawing, Picture, Section, Table
 from compare.sweep import progress
+from ribbonfem.output.scene_file import read_scene
+from ribbonfem.output.style import figure
 
 ROOT = Path(__file__).parents[1]
 SCENE = 'compression = 0.40\nshear = 0.0\nstart = "U+"\nrate = 0.1\nstop = 1.4\n'

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import der
-from compare.face.report import PAGE
-from compare.paper import sheared
-from compare.questions.folds import question as folds
-from compare.questions.folds import shear as shear_figures
-from compare.questions.registry import publish
+from compare.report.folder import PAGE
+from compare.report.registry import publish
+from compare.reproduction import sheared
+from compare.reproduction.folds import command as folds
+from compare.reproduction.folds import shear as shear_figures
 from compare.sweep import Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
 

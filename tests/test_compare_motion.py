@@ -1,10 +1,10 @@
 import numpy as np
 
-from compare.paper import cases
-from compare.paper.named import CASES
-from compare.questions import delay, speed
-from compare.questions.registry import publish
-from compare.questions.speed import equal_error
+from compare.report.registry import publish
+from compare.reproduction import cases, delay
+from compare.reproduction.named import CASES
+from compare.studies import speed
+from compare.studies.speed import equal_error
 from compare.sweep import Sweep
 
 

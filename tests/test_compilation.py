@@ -19,7 +19,7 @@ ANEW = {
 }
 SCRIPT = """
 import sys
-from ribbonfem.compiled import kept
+from ribbonfem.jit import kept
 read, left = kept.read, []
 def without(places, name, made):
     if name.startswith(sys.argv[2] + "-"):

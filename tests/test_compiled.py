@@ -12,9 +12,9 @@ import pytest
 from numba import config, njit
 from numba.core.errors import NumbaError
 
-from ribbonfem.compiled import decorator, entries, sources
-from ribbonfem.compiled.copies import add, copy
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit import decorator, entries, sources
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.linalg.array_ops import add, copy
 
 ROOT = Path(__file__).parents[1]
 
@@ -26,14 +26,14 @@ KERNELS = sorted(
 )
 
 CALLEE = """
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 
 @compiled()
 def twice(x):
     return {factor} * x
 """
 CALLER = """
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 
 from .callee import twice
 
@@ -115,7 +115,7 @@ def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
     """An installation over an older one finds code kept of arguments that it does not have any more."""
     package(
         tmp_path,
-        field="from ribbonfem.compiled.decorator import compiled\n\n"
+        field="from ribbonfem.jit.decorator import compiled\n\n"
         "@compiled()\ndef first(pair):\n    return pair[0]\n",
     )
     pair = "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n    b: float\n"
@@ -184,7 +184,7 @@ def test_a_process_that_was_killed_while_it_compiled_stops_nobody(tmp_path):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
     process = running(
         tmp_path,
-        "import os\nfrom ribbonfem.compiled import kept\n"
+        "import os\nfrom ribbonfem.jit import kept\n"
         "kept.write = lambda *_: os.kill(os.getpid(), 9)\n" + COUNTED,
     )
     process.communicate()

@@ -6,10 +6,10 @@ import time
 import numpy as np
 import pytest
 
-from compare.face.report import PAGE, write_section
-from compare.face.section import Section, Table
-from compare.questions import crosscheck
-from compare.questions.registry import ORDER, publish
+from compare.commands import crosscheck
+from compare.report.folder import PAGE, write_section
+from compare.report.registry import ORDER, publish
+from compare.report.section import Section, Table
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import pytest
 import der
 from der.motion import ADAPTIVE, METHODS, ORDERS
 from ribbonfem import Scene, SceneError, SolverError
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 # Path 1: one fold, met at 0.5 rad/s so that it snaps after 1.5 s
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.8, damping=1.0)

@@ -6,7 +6,7 @@ from der.problem import Statics
 from der.rod import Rod
 from der.states import mirrored, name, reversed_, stable_states, start_state
 from ribbonfem import Ribbon, Scene, SceneError, elastica
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 PLANAR = Scene(compression=0.40, shear=0.0, start="U+")
 RIBBON = Scene(compression=0.40, shear=0.40)

@@ -9,21 +9,14 @@ from scipy.stats import qmc
 import compare
 import der
 from compare.archive import from_bytes, to_bytes
-from compare.diagrams import (
-    Sample,
-    predictions,
-    runs,
-    sampling,
-    selection_diagram,
-    skipping_diagram,
-    threshold,
-)
-from compare.diagrams.edges import Line, search
-from compare.diagrams.sheet import both
+from compare.diagrams import Sample, predictions, sampling, selection_diagram, skipping_diagram, threshold
+from compare.diagrams import setup as runs
+from compare.diagrams.boundaries import Line, search
+from compare.diagrams.diagram import both
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, SceneError, SolverError
 from ribbonfem.delay import predict
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 RATES, DAMPINGS = (0.05, 1.0, 3), (0.5, 30.0, 3)
 

@@ -26,9 +26,9 @@ import numpy as np
 import pytest
 
 from compare.__main__ import main
-from compare.face.scene_file import read_scene
-from compare.questions.registry import ORDER, named
+from compare.report.registry import ORDER, named
 from ribbonfem import Fold
+from ribbonfem.output.scene_file import read_scene
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / ".docs"

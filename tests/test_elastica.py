@@ -7,7 +7,7 @@ from skfem import Basis, BilinearForm, ElementLinePp, LinearForm, MeshLine
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
 from ribbonfem.elements.legendre import DEGREE
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 from ribbonfem.results import SolverError
 from ribbonfem.stepping import kernels
 from ribbonfem.stepping.newmark import _scratch

@@ -12,21 +12,23 @@ import pytest
 
 from compare.__main__ import main as command
 from compare.archive import from_bytes, to_bytes
-from compare.diagrams import selection_diagram, sheet, skipping_diagram
-from compare.diagrams.asked import Diagrams
-from compare.face.curve import Curve
-from compare.paper.cases import settle
-from compare.paper.delays import Cell, Delays, rates_for
-from compare.paper.named import CASES
-from compare.questions.figures import main, panels
-from compare.questions.figures import question as figures
-from compare.questions.figures.claims import CHOICES, CLAIMS
-from compare.questions.figures.in_motion import SCALED, Bound, Motion, Moved, Settled, _turns
-from compare.questions.figures.record import Figures
-from compare.questions.figures.verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES
-from compare.questions.registry import publish
+from compare.diagrams import diagram as sheet
+from compare.diagrams import selection_diagram, skipping_diagram
+from compare.diagrams.report import Diagrams
+from compare.report.registry import publish
+from compare.reproduction.cases import settle
+from compare.reproduction.delays import Cell, Delays, rates_for
+from compare.reproduction.figures import axes as panels
+from compare.reproduction.figures import command as figures
+from compare.reproduction.figures import main
+from compare.reproduction.figures.claims import CHOICES, CLAIMS
+from compare.reproduction.figures.in_motion import SCALED, Bound, Motion, Moved, Settled, _turns
+from compare.reproduction.figures.result import Figures
+from compare.reproduction.figures.verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES
+from compare.reproduction.named import CASES
 from compare.sweep import Sweep
 from ribbonfem.delay import NormalForm
+from ribbonfem.output.curve import Curve
 
 CURVE = Curve(np.linspace(0.0, 1.0, 5), np.linspace(0.2, 0.1, 5), np.ones(5, dtype=bool), ())
 BOUNDS = (Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))

@@ -13,10 +13,10 @@ import pytest
 from PIL import Image
 
 import der
-from compare.face.film import film, stills
-from compare.face.surface import area, of_branch, of_motion
-from compare.face.vtu import frames
 from ribbonfem import Scene, kirchhoff
+from ribbonfem.output.film import film, stills
+from ribbonfem.output.surface import area, of_branch, of_motion
+from ribbonfem.output.vtu import frames
 
 SCENE = Scene(compression=0.40, shear=0.40, rate=0.5, damping=1.0, stop=np.pi)
 FLAT = SCENE.ribbon.width / SCENE.ribbon.length

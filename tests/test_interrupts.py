@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import der
-from ribbonfem import Scene, elastica, growing, kirchhoff, quasilinear
+from ribbonfem import Scene, elastica, kirchhoff, quasilinear
+from ribbonfem import row_buffer as growing
 
 RIBBON = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.3, stop=0.9, damping=1.0, hold=5.0)
 BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.3, stop=1.4, damping=1.0, hold=5.0)

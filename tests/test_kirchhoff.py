@@ -13,7 +13,7 @@ from ribbonfem.continuation import Steps, first_point, trace
 from ribbonfem.kirchhoff.kernels import statics as kernels
 from ribbonfem.kirchhoff.problem import Clamps, Frames, Statics
 from ribbonfem.kirchhoff.states import named
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 PATH2 = Scene(compression=0.40, shear=0.40, start="U+S+")
 

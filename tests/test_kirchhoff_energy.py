@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ribbonfem import Scene, elastica, kirchhoff
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.8, damping=1.0)
 

@@ -9,10 +9,10 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, delay, elastica, kirchhoff
 from ribbonfem.kirchhoff import motion, states
 from ribbonfem.kirchhoff.kernels import condensed, energies, tangent
-from ribbonfem.kirchhoff.kernels.fours import in_fours
+from ribbonfem.kirchhoff.kernels.batch import in_fours
 from ribbonfem.kirchhoff.kernels.residual import residual
 from ribbonfem.kirchhoff.kernels.rod import solver
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 from ribbonfem.stepping import methods
 
 # one fold, met at 0.5 rad/s so that it snaps after 1.4 s

@@ -8,8 +8,9 @@ import sys
 import numpy as np
 import pytest
 
-from ribbonfem.compiled import lanes, plain, vectors
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit import plain, vectors
+from ribbonfem.jit import simd as lanes
+from ribbonfem.jit.decorator import compiled
 
 RNG = np.random.default_rng(3)
 A, B = RNG.normal(size=(2, 3, 4)), RNG.normal(size=(2, 3, 4))

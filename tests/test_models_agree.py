@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import der
-from compare.questions.crosscheck import edge_ratio
+from compare.commands.crosscheck import edge_ratio
 from ribbonfem import Scene, delay, elastica, kirchhoff, quasilinear
 
 BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, stop=1.175)

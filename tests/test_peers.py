@@ -4,12 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.peers import auto as peer_auto
-from compare.peers import exudyn as peer_exudyn
-from compare.peers import pyelastica as peer_pyelastica
-from compare.questions.peers import attempts as peers
-from compare.questions.peers import question
-from compare.questions.registry import publish
+from compare.external import auto as peer_auto
+from compare.external import exudyn as peer_exudyn
+from compare.external import pyelastica as peer_pyelastica
+from compare.report.registry import publish
+from compare.studies.peers import attempts as peers
+from compare.studies.peers import study as question
 from ribbonfem import Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.closed_form import euler
 

@@ -11,8 +11,8 @@ from compare.chooser.choice import choose
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.continuation import equilibrium
+from ribbonfem.elastica.out_of_plane import Sideways
 from ribbonfem.elastica.problem import Statics
-from ribbonfem.elastica.sideways import Sideways
 
 SOFT = Scene(
     compression=0.4,

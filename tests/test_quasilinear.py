@@ -5,7 +5,7 @@ from scipy.optimize import minimize_scalar
 
 from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.elements.hermite import hermite_basis
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 SCENE = Scene(compression=0.2, shear=0.0, start="U+")
 EXACT = quasilinear.closed_form_fold()

@@ -24,8 +24,8 @@ QUESTION = '''
 
     from dataclasses import dataclass
 
-    from compare.face.section import Drawing, Table
-    from compare.face.style import figure
+    from compare.report.section import Drawing, Table
+    from ribbonfem.output.style import figure
     from compare.sweep import Sweep
     from ribbonfem.closed_form import euler
 
@@ -68,8 +68,8 @@ MODEL = '''
     """A beam that is known in closed form: no mesh, and no motion."""
 
     from ribbonfem.closed_form import closed_form_fold
-    from ribbonfem.declared import Declared
-    from ribbonfem.policy import verb
+    from ribbonfem.model_info import Declared
+    from ribbonfem.options import verb
     from ribbonfem.results import Fold
 
     DECLARED = Declared(
@@ -172,8 +172,8 @@ def python(copy, *words, script=None):
 
 
 def test_a_question(copy):
-    write(copy / "compare/questions/heights.py", QUESTION)
-    registry = copy / "compare/questions/registry.py"
+    write(copy / "compare/commands/heights.py", QUESTION)
+    registry = copy / "compare/report/registry.py"
     text = registry.read_text(encoding="utf-8")
     registry.write_text(text.replace("ORDER = (\n", 'ORDER = (\n    "heights",\n'), encoding="utf-8")
     assert "How high is the buckled beam?" in python(copy, "-m", "compare", "--help")
@@ -190,7 +190,9 @@ def test_a_model(copy):
     write(copy / "ribbonfem/known/__init__.py", MODEL)
     models = copy / "compare/models.py"
     text = models.read_text(encoding="utf-8")
-    text = text.replace("from ribbonfem.declared", "import ribbonfem.known as known\nfrom ribbonfem.declared")
+    text = text.replace(
+        "from ribbonfem.model_info", "import ribbonfem.known as known\nfrom ribbonfem.model_info"
+    )
     models.write_text(
         text.replace('    "der": der,\n', '    "der": der,\n    "known": known,\n'), encoding="utf-8"
     )

@@ -4,9 +4,9 @@ import pytest
 import der
 from compare import convergence
 from compare.limits import richardson, triple_order
-from compare.measures.quantities import QUANTITIES, Shape, unknowns
+from compare.quantities.measure import QUANTITIES, Shape, unknowns
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.policy import PolicyError
+from ribbonfem.options import PolicyError
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")
 SHEARED = Scene(compression=0.40, shear=0.37, start="U+S-")

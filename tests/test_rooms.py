@@ -29,12 +29,12 @@ PROBLEM = {
     )
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
-PROBLEM |= {"ribbonfem.declared", "ribbonfem.outcomes", "ribbonfem.tableaus"}
+PROBLEM |= {"ribbonfem.model_info", "ribbonfem.outcomes", "ribbonfem.tableaus"}
 GENERIC = ("compiled", "elements", "closed_form", "continuation", "stepping", "delay")
 MATHEMATICS = {f"ribbonfem.{n}" for n in GENERIC}
 ELEMENTS = {f"ribbonfem.{n}" for n in ("quasilinear", "elastica", "kirchhoff")}
 # banded solves are linear algebra and no mechanics
-SHARED = PROBLEM | {"ribbonfem", "ribbonfem.continuation", "ribbonfem.compiled", "ribbonfem.delay"}
+SHARED = PROBLEM | {"ribbonfem", "ribbonfem.continuation", "ribbonfem.jit", "ribbonfem.delay"}
 BELOW = PROBLEM | MATHEMATICS | ELEMENTS | {"ribbonfem", "der"}
 ALLOWED = {
     **{room: PROBLEM for room in PROBLEM},
@@ -45,19 +45,20 @@ ALLOWED = {
     "compare.limits": {"ribbonfem.results", "compare.limits"},
     "compare.models": BELOW | {"compare.models"},
     "compare.sweep": {"compare.sweep", "compare.archive"},
-    "compare.face": PROBLEM | {"ribbonfem", "compare.face", "compare.archive"},
-    "compare.measures": BELOW | {"compare.measures", "compare.models", "compare.limits", "compare.archive"},
+    "compare.report": PROBLEM | {"ribbonfem", "compare.report", "compare.archive"},
+    "compare.quantities": BELOW
+    | {"compare.quantities", "compare.models", "compare.limits", "compare.archive"},
 }
-ALLOWED["compare.chooser"] = ALLOWED["compare.measures"] | {"compare.chooser"}
-ALLOWED["compare.peers"] = ALLOWED["compare.measures"] | {"compare.peers"}
+ALLOWED["compare.chooser"] = ALLOWED["compare.quantities"] | {"compare.chooser"}
+ALLOWED["compare.external"] = ALLOWED["compare.quantities"] | {"compare.external"}
 ALLOWED["compare.diagrams"] = ALLOWED["compare.chooser"] | {
     "compare.diagrams",
     "compare.sweep",
-    "compare.face",
+    "compare.report",
 }
 # an example asks as a user does: public names of `compare`, and the models
-ALLOWED["compare.examples"] = BELOW | {"compare", "compare.measures", "compare.examples"}
-ALLOWED["compare.paper"] = ALLOWED["compare.diagrams"] | {"compare.paper"}
+ALLOWED["compare.examples"] = BELOW | {"compare", "compare.quantities", "compare.examples"}
+ALLOWED["compare.reproduction"] = ALLOWED["compare.diagrams"] | {"compare.reproduction"}
 
 
 def room(name):

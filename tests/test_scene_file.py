@@ -3,8 +3,8 @@ import json
 import pytest
 
 from compare.__main__ import main
-from compare.face.scene_file import read_scene
 from ribbonfem import Ribbon, Scene, SceneError
+from ribbonfem.output.scene_file import read_scene
 
 TEXT = """
 compression = 0.40

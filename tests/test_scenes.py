@@ -8,10 +8,10 @@ from importlib.resources import files
 import pytest
 
 from compare.__main__ import main
-from compare.face.scene_file import read_scene
-from compare.face.scenes import MOVIES, NAMES, text, titles, write
-from compare.questions.run import NOT_MET, SENSITIVE
+from compare.commands.run import NOT_MET, SENSITIVE
 from ribbonfem import Scene, SceneError
+from ribbonfem.output.scene_file import read_scene
+from ribbonfem.output.scenes import MOVIES, NAMES, text, titles, write
 
 # the angle of the snap, rad, None where it does not snap; and the exit status of `run`
 SNAPS = {

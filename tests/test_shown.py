@@ -11,12 +11,12 @@ import pytest
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 import der
-from compare.face.film import _Stage, stills
-from compare.face.stage import box, fit
-from compare.face.style import blank
-from compare.face.surface import of_branch, of_motion, of_rest
-from compare.face.vtu import fields, frames
 from ribbonfem import Ribbon, Scene, elastica, kirchhoff, quasilinear
+from ribbonfem.output.film import _Stage, stills
+from ribbonfem.output.perspective import box, fit
+from ribbonfem.output.style import blank
+from ribbonfem.output.surface import of_branch, of_motion, of_rest
+from ribbonfem.output.vtu import fields, frames
 
 # what each leaves out of the energy of bending and twist: its mesh, and in rods and beams that stretch the
 # stretch; and of the curvature at a clamp

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import der
-from compare.questions.stability import hard_cases, hard_statics
-from compare.questions.stability import judging as stability
-from compare.questions.stability.confirmations import CONFIRMED
-from compare.questions.stability.hard_cases import CASES, KNOWN, OWN, Hard
+from compare.studies.stability import hard_cases, hard_statics
+from compare.studies.stability import judging as stability
+from compare.studies.stability.confirmations import CONFIRMED
+from compare.studies.stability.hard_cases import CASES, KNOWN, OWN, Hard
 from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.results import Branch, Fold
 

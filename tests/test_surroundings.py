@@ -20,14 +20,14 @@ from matplotlib.figure import Figure
 
 from compare import archive
 from compare.archive import finite, load, save
-from compare.face.report import require_room, sections_in, write_section
-from compare.face.scene_file import read_scene
-from compare.face.section import Section, Table
-from compare.face.terminal import show, terminal
+from compare.report.folder import require_room, sections_in, write_section
+from compare.report.section import Section, Table
+from compare.report.terminal import show, terminal
 from compare.sweep import Sweep, pool
 from compare.sweep.store import Store
 from compare.sweep.task import edition
 from ribbonfem import Fold, Scene, elastica
+from ribbonfem.output.scene_file import read_scene
 
 ROOT = Path(__file__).parents[1]
 PLANAR = 'compression = 0.3\nshear = 0\nstart = "U+"\nrate = 0.3\nstop = 1.2\n'
@@ -112,8 +112,8 @@ for backend in backends:
         assert os.wait()[1] == 0, backend
         continue
     os.environ["MPLBACKEND"] = backend
-    from compare.face.style import figure, in_style
-    import compare.face.film
+    from ribbonfem.output.style import figure, in_style
+    import ribbonfem.output.film
     with in_style():
         fig, axes = figure(2)
         axes[0].plot([1, 2], label="x")
@@ -136,7 +136,7 @@ matplotlib.use({backend!r})
 matplotlib.rcParams["font.size"] = 13
 before = dict(matplotlib.rcParams)
 import compare
-from compare.face.film import film
+from ribbonfem.output.film import film
 from ribbonfem import Scene, elastica, kirchhoff
 beam = Scene(compression=0.3, shear=0.0, start="U+", rate=1.0, stop=0.1)
 motion = elastica.simulate(beam, elements=4)
@@ -147,7 +147,7 @@ film(motion, pathlib.Path(tempfile.mkdtemp()) / "f.gif", frames=2)
 assert type(axes.figure.canvas).__module__.endswith({backend!r}), type(axes.figure.canvas)
 assert dict(matplotlib.rcParams) == before
 assert matplotlib.get_backend() == {backend!r}
-from compare.face.style import figure
+from ribbonfem.output.style import figure
 import matplotlib.pyplot as plt
 shown = plt.get_fignums()
 figure(2)
@@ -191,9 +191,9 @@ def together(script, count, *arguments):
 def test_many_processes_share_a_folder(tmp_path):
     told = together(
         (
-            "from compare.face.report import require_room, write_page\n"
+            "from compare.report.folder import require_room, write_page\n"
             "from compare.archive import write_whole\n"
-            "from compare.sweep.store import Store\nfrom compare.questions.registry import ORDER",
+            "from compare.sweep.store import Store\nfrom compare.report.registry import ORDER",
             """
 folder, k = Path(sys.argv[1]), int(sys.argv[2])
 for n in range(60):
@@ -390,15 +390,15 @@ def test_the_package_in_a_zip(folder):
     script = """
 import compare, sys
 from compare.sweep.task import edition
-from compare.questions.registry import ORDER, summary
+from compare.report.registry import ORDER, summary
 from ribbonfem import Branch, History
-from ribbonfem.compiled.sources import digest
+from ribbonfem.jit.sources import digest
 assert "package.zip" in compare.__file__
 assert hasattr(History, "plot") and hasattr(Branch, "plot")
 assert all(len(summary(name)) > 20 for name in ORDER)
 print(edition(), digest("ribbonfem.kirchhoff.kernels.loop"))
 """
-    from ribbonfem.compiled.sources import digest
+    from ribbonfem.jit.sources import digest
 
     surrounding = {**BARE, "PYTHONPATH": str(whole)}
     done = subprocess.run(

@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from ribbonfem.compiled.copies import copy
+from ribbonfem.linalg.array_ops import copy
 from ribbonfem.stepping.kernels import (
     CLOCK_SIZE,
     FULL,

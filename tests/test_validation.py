@@ -15,8 +15,8 @@ import pytest
 import der
 import ribbonfem
 from compare.chooser.choice import choose
-from compare.measures.convergence import convergence
-from compare.questions.registry import ORDER, named
+from compare.quantities.convergence import convergence
+from compare.report.registry import ORDER, named
 from compare.sweep import Sweep
 from ribbonfem import (
     PolicyError,
@@ -31,7 +31,7 @@ from ribbonfem import (
     quasilinear,
 )
 from ribbonfem.continuation import Steps
-from ribbonfem.policy import KeywordError
+from ribbonfem.options import KeywordError
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
 PATH_1 = Scene(compression=0.4, shear=0.37, start="U+S-", rate=1.0, stop=0.1)

@@ -12,12 +12,12 @@ import pytest
 from browser import BROWSER, opened
 
 import der
-from compare.face.curve import Curve
-from compare.face.html import page as report
-from compare.face.section import Picture, Section
-from compare.face.surface import of_motion
-from compare.face.view import page, view
+from compare.report.html import page as report
+from compare.report.section import Picture, Section
 from ribbonfem import Scene, elastica
+from ribbonfem.output.curve import Curve
+from ribbonfem.output.page import page, view
+from ribbonfem.output.surface import of_motion
 
 SCENE = Scene(compression=0.40, shear=0.40, rate=0.5, damping=1.0, stop=np.pi)
 # hands on the page: keys, a finger, the slider; and what was seen after each

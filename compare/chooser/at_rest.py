@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from ribbonfem import Fold, Scene, SceneError, SolverError
 
-from .climb import Run, apart
+from .refinement import Run, apart
 
 # meshes of the elements at rest, each to be checked by the two before it: the third is the model's default
 AT_REST = {

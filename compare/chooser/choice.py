@@ -25,12 +25,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from ribbonfem import Scene, SceneError, elastica
-from ribbonfem.policy import call_of_a_scene, choice, flag, positive, refuse
+from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
 
-from . import climb, ladder, slow
-from .climb import CROSSINGS
-from .laws import Laws, shipped
-from .plans import AtRest, Choice, Elements, Known, OneBeam, Slow
+from . import levels as ladder
+from . import predicted as slow
+from . import refinement as climb
+from .cost_laws import Laws, shipped
+from .refinement import CROSSINGS
+from .strategies import AtRest, Choice, Elements, Known, OneBeam, Slow
 
 QUANTITIES = (*CROSSINGS, "fold")
 

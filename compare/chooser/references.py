@@ -7,7 +7,7 @@ import math
 from compare.limits import limit_of
 from ribbonfem import Scene, elastica
 
-from .climb import endless
+from .refinement import endless
 from .trials import element_snap, rod_snap
 
 # elements and tolerances (L) of the reference, finer than those of any answer, and of the check of it

@@ -12,8 +12,8 @@ import numpy as np
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 
-from .climb import endless, rattles
-from .laws import Policy
+from .cost_laws import Policy
+from .refinement import endless, rattles
 
 
 def planar_scene(compression: float, rate: float, damping: float, thickness: float = 0.01) -> Scene:

@@ -1,9 +1,9 @@
 """Diagrams of what ramps do over rate and damping: shares, boundaries, thresholds."""
 
-from .edges import Boundary
-from .record import Diagram, Failed
-from .runs import Sample
-from .sheet import selection_diagram, skipping_diagram
+from .boundaries import Boundary
+from .diagram import selection_diagram, skipping_diagram
+from .result import Diagram, Failed
+from .setup import Sample
 from .threshold import Change, Threshold, threshold
 
 __all__ = [

@@ -24,14 +24,14 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from compare.measures.branches import outward
 from compare.models import MODELS
+from compare.quantities.branches import outward
 from ribbonfem import Branch, SolverError
 from ribbonfem.delay import NormalForm, lead
 from ribbonfem.delay.curve import universal_fit
 from ribbonfem.results import Array
 
-from .runs import Ground, mesh_of
+from .setup import Ground, mesh_of
 
 TYPE_1 = "type 1: the energy of the first snap reaches the pass to U-"
 TYPE_2 = "type 2: the delay at alpha_c1 reaches alpha_c2"

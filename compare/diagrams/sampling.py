@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from ribbonfem.results import Array
 
-from .runs import Sample
+from .setup import Sample
 
 # runs of a cell after each round; beyond the last, twice as many
 _ROUNDS = (3, 8, 16)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from compare.face.frames import library
-from compare.face.section import Table
-from compare.face.style import drawn, figure
 from compare.models import MESH
-from ribbonfem.values import html_table
+from compare.report.section import Table
+from ribbonfem.frozen import html_table
+from ribbonfem.output.style import drawn, figure
+from ribbonfem.output.tables import library
 
 from .predictions import TYPE_1, TYPE_2
-from .record import Diagram
-from .runs import mesh_of
+from .result import Diagram
+from .setup import mesh_of
 
 COLOURS = {
     "no skip": "#2a9d5c",

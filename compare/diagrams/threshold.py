@@ -11,11 +11,11 @@ from compare.limits import edge_ratio, two_point
 from compare.models import MESH, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError
-from ribbonfem.policy import PolicyError, choice, positive, whole_number
-from ribbonfem.values import Value
+from ribbonfem.frozen import Value
+from ribbonfem.options import PolicyError, choice, positive, whole_number
 
-from .edges import Line, search
-from .runs import SELECTION, SKIPPING, ground, require_runs, run_of
+from .boundaries import Line, search
+from .setup import SELECTION, SKIPPING, ground, require_runs, run_of
 
 VARIED = ("rate", "damping", "compression", "shear", "stop")
 # meshes that follow each other: rods with half the edge, elements by a third more; the first are the default

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 
 import compare
 import der
-from compare.measures.convergence import Convergence
+from compare.quantities.convergence import Convergence
 from ribbonfem import Scene, quasilinear
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 
-from ribbonfem.compiled.references import by_reference
+from ribbonfem.jit.references import by_reference
 
 IMPLICIT_EULER, NEWMARK, GENERALISED_ALPHA, MIDPOINT, DISCRETE_GRADIENT, RUNGE_KUTTA, VERLET = range(7)
 DONE, FULL, STUCK, BLOWN = range(4)

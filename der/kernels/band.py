@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 
 from .frames import OPTIONS
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 
 from .frames import OPTIONS, cross, dot, mix, triple
 

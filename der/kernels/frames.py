@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 
 # of all kernels of the rods
 OPTIONS: dict[str, Any] = {"fastmath": {"contract"}}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ribbonfem.compiled.copies import copy
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.linalg.array_ops import copy
 
 from .arrays import (
     AFTER,

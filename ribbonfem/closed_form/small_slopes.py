@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ribbonfem.policy import interval, whole_number
+from ribbonfem.options import interval, whole_number
 from ribbonfem.results import Array, Value
 
 # sigma at which the beam has mu = 0: Euler's clamped mode, the odd one, and the next even one

@@ -17,7 +17,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from ribbonfem.policy import CHECKS, positive, refuse, whole_number
+from ribbonfem.options import CHECKS, positive, refuse, whole_number
 from ribbonfem.results import Array, SolverError
 
 State = TypeVar("State")

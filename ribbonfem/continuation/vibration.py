@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from ribbonfem.policy import PolicyError, whole_number
+from ribbonfem.options import PolicyError, whole_number
 from ribbonfem.results import Array, SolverError
 
 from .corrector import Problem, State

@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ribbonfem.policy import number, positive, refuse
+from ribbonfem.options import number, positive, refuse
 from ribbonfem.results import Array
 
 from .collocation import integrate

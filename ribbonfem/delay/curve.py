@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial.chebyshev import chebval
 
-from ribbonfem.policy import number, refuse
+from ribbonfem.options import number, refuse
 from ribbonfem.results import Array
 
 from .collocation import integrate

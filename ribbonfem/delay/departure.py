@@ -12,7 +12,7 @@ from ribbonfem.continuation import Event, State, Steps
 from ribbonfem.continuation.corrector import bordered_solve
 from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.continuation.vibration import InertialProblem
-from ribbonfem.policy import refuse, whole_number, within
+from ribbonfem.options import refuse, whole_number, within
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene
 

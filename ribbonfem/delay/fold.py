@@ -11,7 +11,7 @@ from ribbonfem.closed_form import closed_form_fold
 from ribbonfem.continuation import Event, Point, Problem, State, Steps, equilibrium
 from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.continuation.vibration import InertialProblem
-from ribbonfem.policy import refuse
+from ribbonfem.options import refuse
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ribbonfem.policy import number, refuse
+from ribbonfem.options import number, refuse
 
 from .curve import universal
 from .fold import NormalForm

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol, cast
 
-from ribbonfem.policy import choice, refuse
+from ribbonfem.options import choice, refuse
 from ribbonfem.results import MESH, Array, History, SolverError
 from ribbonfem.scene import Scene
 

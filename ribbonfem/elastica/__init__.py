@@ -2,16 +2,8 @@
 
 from ribbonfem.names import public
 
-from .declared import DECLARED
-from .verbs import (
-    equilibria,
-    escape,
-    folds,
-    frequencies,
-    leaves_plane,
-    normal_forms,
-    simulate,
-)
+from .functions import equilibria, escape, folds, frequencies, leaves_plane, normal_forms, simulate
+from .info import DECLARED
 
 __all__ = [
     "DECLARED",

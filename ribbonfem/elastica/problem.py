@@ -36,10 +36,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ribbonfem.closed_form import euler
-from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.legendre import Mesh
-from ribbonfem.policy import flag, require_memory, whole_number
+from ribbonfem.linalg.banded import Arrow
+from ribbonfem.options import flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 

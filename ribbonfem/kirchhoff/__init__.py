@@ -2,10 +2,8 @@
 
 from ribbonfem.names import public
 
-from .declared import DECLARED
 from .escape import escape
-from .motion import simulate
-from .verbs import (
+from .functions import (
     Pitchforks,
     RestState,
     ShearCurve,
@@ -21,6 +19,8 @@ from .verbs import (
     stable_states,
     state,
 )
+from .info import DECLARED
+from .motion import simulate
 
 __all__ = [
     "DECLARED",

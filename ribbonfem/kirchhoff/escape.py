@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from ribbonfem.delay import Departure, scene_departure
-from ribbonfem.policy import verb
+from ribbonfem.options import verb
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control

@@ -31,9 +31,10 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.growing import some_steps
-from ribbonfem.policy import require_duration, verb
+from ribbonfem.frozen import handed_over
+from ribbonfem.options import require_duration, verb
 from ribbonfem.results import Array, History, SolverError
+from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
@@ -58,11 +59,12 @@ from ribbonfem.stepping.kernels import (
 from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.tableaus import Tableau
-from ribbonfem.values import handed_over
 
-from . import plane, states
-from .kernels import arrays, condensed, conserving, loop, tangent
-from .kernels.fours import in_fours
+from . import out_of_plane as plane
+from . import states
+from .kernels import arrays, condensed, loop, tangent
+from .kernels import average_vector_field as conserving
+from .kernels.batch import in_fours
 from .kernels.rod import Four, P, Rod, solver
 from .problem import Frames, Statics, checked_mesh
 

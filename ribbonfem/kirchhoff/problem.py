@@ -20,15 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
-from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
-from ribbonfem.policy import PolicyError, flag, require_memory, whole_number
+from ribbonfem.linalg.banded import Arrow
+from ribbonfem.options import PolicyError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
 from .kernels import statics as kernels
-from .kernels.fours import in_fours
+from .kernels.batch import in_fours
 
 # Fold angles converge with the tenth power of the mesh; lower degrees are slower at equal error.
 DEGREE = 5

@@ -2,8 +2,7 @@
 
 from ribbonfem.names import public
 
-from .declared import DECLARED
-from .verbs import (
+from .functions import (
     ClosedFormBranch,
     ClosedFormFold,
     closed_form_branch,
@@ -15,6 +14,7 @@ from .verbs import (
     normal_forms,
     simulate,
 )
+from .info import DECLARED
 
 __all__ = [
     "DECLARED",

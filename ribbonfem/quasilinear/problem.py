@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from skfem import BilinearForm
 
 from ribbonfem.closed_form import EULER
-from ribbonfem.compiled.banded import Arrow
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.hermite import hermite_basis
-from ribbonfem.policy import require_memory, whole_number
+from ribbonfem.linalg.banded import Arrow
+from ribbonfem.options import require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from ribbonfem.policy import PolicyError, choice, local_error, positive
+from ribbonfem.options import PolicyError, choice, local_error, positive
 from ribbonfem.results import DEPARTED
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import Tableau

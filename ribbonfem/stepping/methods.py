@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ribbonfem import tableaus
-from ribbonfem.policy import PolicyError, choice, positive
+from ribbonfem.options import PolicyError, choice, positive
 from ribbonfem.scene import shown
 from ribbonfem.tableaus import Tableau
 

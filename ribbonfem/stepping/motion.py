@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ribbonfem.frozen import handed_over
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.rows import Rows
 from ribbonfem.scene import Scene
-from ribbonfem.values import handed_over
 
 ENERGIES = ("kinetic", "elastic", "dissipated", "work")
 

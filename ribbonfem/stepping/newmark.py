@@ -24,9 +24,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ribbonfem.growing import some_steps
-from ribbonfem.policy import require_duration
+from ribbonfem.options import require_duration
 from ribbonfem.results import Array
+from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
 

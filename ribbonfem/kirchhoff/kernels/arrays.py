@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ribbonfem.compiled.references import by_reference
+from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 
-from .fours import WIDTH, groups_of
+from .batch import WIDTH, groups_of
 from .rod import P, Rod, Solver
 
 # places in the clock behind those of the time loop

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from ribbonfem.compiled.copies import copy
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, load, spread, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import WIDTH, load, spread, store
+from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 
-from .fours import INLINED, OPTIONS, add_to_nodes, of_nodes
+from .batch import INLINED, OPTIONS, add_to_nodes, of_nodes
 from .rod import (
     AS_LEFT,
     AS_RIGHT,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, lane, load, spread
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
-from .fours import INLINED, collect, force_at
-from .points import bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
+from .batch import INLINED, collect, force_at
+from .gauss_point import bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from ribbonfem.compiled.copies import add, copy
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import lane, larger, load, spread, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import lane, larger, load, spread, store
+from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
@@ -29,10 +29,10 @@ from ribbonfem.stepping.kernels.arrays import (
 from ribbonfem.stepping.kernels.loop import loop_of
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
-from .conserving import conserve, error_by_means, guess_ringing, mean_kinetic
-from .consistent import project, tangents
+from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
+from .batch import OPTIONS, WIDTH
+from .consistent_initialisation import project, tangents
 from .energies import clamp_moment, elastic_energy
-from .fours import OPTIONS, WIDTH
 from .newton import guess, newton, remember
 from .rod import P, Rod
 

@@ -11,16 +11,16 @@ import math
 
 import numpy as np
 
-from ribbonfem.compiled.copies import add, copy
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import load, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import load, store
+from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
+from .batch import INLINED, OPTIONS
 from .condensed import factorise, solve
-from .consistent import tangents
-from .fours import INLINED, OPTIONS
+from .consistent_initialisation import tangents
 from .residual import residual
 from .rod import P, Rod, Solver
 from .rotations import normalise_inner, rotate_inner, twists

@@ -9,12 +9,12 @@ Every stage of every method solves the same, with x = xp + b a and v = vp + f a:
 
 from __future__ import annotations
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import load, spread, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.results import Array
 
-from .fours import INLINED, add_to_nodes, collect, force_at
-from .points import Quaternion, Value, Vector, bend, body, interpolated_fours
+from .batch import INLINED, add_to_nodes, collect, force_at
+from .gauss_point import Quaternion, Value, Vector, bend, body, interpolated_fours
 from .rod import P, Rod, Solver
 
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ribbonfem.compiled.lanes import WIDTH
-from ribbonfem.compiled.references import by_reference
+from ribbonfem.jit.references import by_reference
+from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
 
-from .fours import groups_of
+from .batch import groups_of
 
 # degree of the elements; a constant, so that the compiler knows the length of every inner loop
 P = 5

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, all_below, lane, load, root, store, transposed
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import WIDTH, all_below, lane, load, root, store, transposed
 from ribbonfem.results import Array
 
-from .fours import INLINED, OPTIONS
-from .points import Quaternion, Value, Vector
+from .batch import INLINED, OPTIONS
+from .gauss_point import Quaternion, Value, Vector
 
 # half an angle squared below which a series has all digits of its sine and cosine
 _SMALL = 1e-4

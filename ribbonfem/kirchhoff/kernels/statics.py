@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import WIDTH, increase, load, spread, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
 from ribbonfem.results import Array
 
-from .fours import INLINED, collect
-from .pairs import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
-from .points import (
+from .batch import INLINED, collect
+from .gauss_point import (
     Quaternion,
     Value,
     Vector,
@@ -33,6 +32,7 @@ from .points import (
     stretched,
     tangent_of,
 )
+from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 
 
 @compiled()

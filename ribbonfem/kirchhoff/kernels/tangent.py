@@ -8,14 +8,23 @@ each, of which neighbours alone know each other, whatever the degree (`condensed
 
 from __future__ import annotations
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.lanes import increase, load, spread, store
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.results import Array
 
-from .fours import INLINED, OPTIONS, collect, force_at
-from .pairs import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
-from .points import Quaternion, Rows, Value, Vector, dot, interpolated_fours, second_derivatives, stretched
+from .batch import INLINED, OPTIONS, collect, force_at
+from .gauss_point import (
+    Quaternion,
+    Rows,
+    Value,
+    Vector,
+    dot,
+    interpolated_fours,
+    second_derivatives,
+    stretched,
+)
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
+from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
 STIFF = 1e12

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.references import by_reference
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 
 ELASTICA, QUASILINEAR = 0, 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, VELOCITY, Beam, Ramp, Scheme, Tables, Verbs

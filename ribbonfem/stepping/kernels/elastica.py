@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.exchanges import band_factor, band_solve
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.linalg.banded_lu import band_factor, band_solve
 from ribbonfem.results import Array
 
 from .arrays import NEWTON_LIMIT, Scratch, Tables, clear

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
+from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.compiled.decorator import compiled
-from ribbonfem.compiled.exchanges import band_factor, band_solve, multiply
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.linalg.banded_lu import band_factor, band_solve, multiply
 from ribbonfem.results import Array
 
 from .arrays import NEWTON_LIMIT, Scratch, Tables

@@ -1,0 +1,168 @@
+"""Ways to one number of a scene: what each does when it is run, and the answer that comes of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from ribbonfem import History, Scene, SolverError, elastica, kirchhoff, quasilinear
+from ribbonfem.frozen import html_table, short_policy
+from ribbonfem.results import Value
+
+from . import at_rest
+from . import levels as ladder
+from . import predicted as slow
+from . import refinement as climb
+from .cost_laws import shipped
+from .refinement import Run, Settled, endless
+
+_MODELS: Mapping[str, ModuleType] = {"quasilinear": quasilinear, "elastica": elastica, "kirchhoff": kirchhoff}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Answer(Value):
+    """One number of a scene, and what may be wrong with it.
+
+    Attributes
+    ----------
+    value: rad; None where the ribbon does not snap.
+    error: estimated, rad.
+    met: whether `error` is within the tolerance asked for.
+    sensitive: refinement does not settle the value: no single run decides it.
+    seconds: CPU, of all runs.
+    runs: what was run, in order; empty where a prediction was enough.
+    history: of the finest run, or None.
+    """
+
+    value: float | None
+    error: float
+    met: bool
+    sensitive: bool
+    seconds: float
+    runs: tuple[Run, ...]
+    history: History | None
+
+    def __repr__(self) -> str:
+        found = "no such instant" if self.value is None else f"{self.value:.9g} rad"
+        kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
+        return f"Answer({found}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
+
+    def _repr_html_(self) -> str:
+        rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]
+        return html_table(repr(self), ("model", "policy", "angle (rad)", "CPU s"), rows)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Choice(Value):
+    """The cheapest way to a number that meets a tolerance; its kinds differ in what `run` does.
+
+    Attributes
+    ----------
+    scene, quantity, tolerance, motion: what was asked.
+    model: "prediction" (no run), "quasilinear", "elastica", "kirchhoff" or "folds" (a ribbon's fold and
+        its predicted delay).
+    policy: of the run, or of the first of several.
+    estimate: expected error, rad.
+    seconds: expected CPU seconds, on the machine that measured the laws.
+    reason: in words.
+    value: of a prediction, rad or None; None for all else.
+    """
+
+    scene: Scene
+    quantity: str
+    tolerance: float
+    model: str
+    policy: Mapping[str, Any]
+    estimate: float
+    seconds: float
+    reason: str
+    value: float | None = None
+    motion: bool = False
+
+    def __repr__(self) -> str:
+        value = "" if self.value is None else f", {self.value:.9g} rad"
+        return (
+            f"Choice({self.model!r}{value} for {self.quantity!r} to {self.tolerance:g} rad; expected error "
+            f"{self.estimate:.1e}, {self.seconds:.2g} s;\n  {self.reason})"
+        )
+
+    def run(self) -> Answer:
+        """Do what was chosen.
+
+        Raises
+        ------
+        SceneError, SolverError
+            As the model does: for a start that is no stable equilibrium, a run that fails.
+        """
+        begin = time.process_time()
+        settled = self.settle()
+        met = not settled.sensitive and settled.error <= self.tolerance
+        seconds = time.process_time() - begin
+        return Answer(
+            settled.value, settled.error, met, settled.sensitive, seconds, settled.runs, settled.history
+        )
+
+    def settle(self) -> Settled:
+        """The number, its error, and what was run for it."""
+        raise NotImplementedError
+
+
+class Known(Choice):
+    """Known without a run."""
+
+    def settle(self) -> Settled:
+        """What is known."""
+        return Settled(self.value, self.estimate, False, (), None)
+
+
+class AtRest(Choice):
+    """The last fold of finite elements, refined until meshes agree."""
+
+    def settle(self) -> Settled:
+        """Refine."""
+        of: Callable[..., Any] = _MODELS[self.model].folds
+        value, error, runs, _ = at_rest.folds(self.model, of, self.scene, self.tolerance)
+        return Settled(value, error, False, runs, None)
+
+
+class OneBeam(Choice):
+    """A single run of a beam, whose error a law bounds."""
+
+    def settle(self) -> Settled:
+        """Run the beam until it snaps."""
+        policy = {**self.policy, "until": "snap"}
+        simulate: Callable[..., History] = _MODELS[self.model].simulate
+        run, history = climb.timed(self.model, simulate, endless(self.scene), self.quantity, policy)
+        return Settled(run.value, self.estimate, False, (run,), history)
+
+
+class Elements(Choice):
+    """A scene in motion by elements on finer and finer meshes; rods after all where the elements fail."""
+
+    def settle(self) -> Settled:
+        """Refine."""
+        laws, motion = shipped(), self.motion
+
+        def elements(scene: Scene) -> Settled:
+            return ladder.elements(scene, self.quantity, self.tolerance, laws.elements, configurations=motion)
+
+        def rods(scene: Scene) -> Settled:
+            return climb.rods(
+                scene, self.quantity, self.tolerance, laws.ribbon, first=1, configurations=motion
+            )
+
+        try:
+            return climb.stopped(self.scene, elements)
+        except SolverError:
+            return climb.stopped(self.scene, rods)
+
+
+class Slow(Elements):
+    """A ribbon's last fold and the delay behind it; a run after all where they make no snap certain."""
+
+    def settle(self) -> Settled:
+        """Predict, else refine."""
+        return slow.predicted(self.scene, self.tolerance) or super().settle()

@@ -1,0 +1,262 @@
+"""One scene, the cheapest way to a number of it, and how far that number can be trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from compare.chooser.choice import choose
+from compare.chooser.refinement import endless
+from compare.chooser.strategies import Answer, Choice
+from compare.models import MODELS
+from compare.report.section import Drawing, Picture, Table
+from compare.sweep import Progress, Sweep
+from ribbonfem import History, Scene, SceneError, SolverError
+from ribbonfem.options import whole_number
+from ribbonfem.output import vtu
+from ribbonfem.output.curve import Curve
+from ribbonfem.output.film import film
+from ribbonfem.output.page import view
+from ribbonfem.output.scene_file import read_scene
+from ribbonfem.output.style import figure
+
+from ..report.registry import Question
+
+# exit status where the answer is not within the tolerance, and where refinement does not settle it
+NOT_MET, SENSITIVE = 3, 4
+# rad; how far a ramp without a stop is shown to turn past its last fold and its snap
+_PAST = 0.1
+# a motion has come to rest when its amplitude is exp(-7), a thousandth
+_DECAYS = 7.0
+# periods of the lowest vibration; what is damped so little that it rings longer is shown that long
+_PERIODS = 60.0
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was found: the way that was chosen, and the answer.
+
+    `file` is the scene's, `curve` the equilibria behind its film, where there is one, of `frames`.
+    """
+
+    file: str
+    choice: Choice
+    answer: Answer
+    curve: Curve | None = None
+    frames: int = 150
+
+
+def _draw(found: Asked) -> Any:
+    """z(1/2) of the finest run against the angle, with the answer."""
+    history, value = found.answer.history, found.answer.value
+    fig, axes = figure(1, width=5.0)
+    if history is not None:
+        axes.plot(history.angle, history.height)
+    if value is not None:
+        axes.axvline(value, color="0.5", lw=0.8)
+        axes.axhline(0.0, color="0.8", lw=0.8)
+    scene = found.choice.scene
+    axes.set_title(f"dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.start}", fontsize=9)
+    axes.set(xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$")
+    return fig
+
+
+def _words(choice: Choice, answer: Answer) -> str:
+    what = choice.quantity
+    if answer.sensitive:
+        found = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
+        return (
+            f"SENSITIVE: refinement does not settle the {what}; the last run gave {found}, and runs differ "
+            f"by some {answer.error:.1e} rad. No single run decides it."
+        )
+    if answer.value is None:
+        stop = choice.scene.stop
+        until = (
+            "within a full turn of the clamp" if stop is None else f"before the clamp stops at {stop:g} rad"
+        )
+        held = f", nor while it is held for {choice.scene.hold:g} s" if stop and choice.scene.hold else ""
+        return f"no {what} {until}{held}."
+    kept = "within" if answer.met else "NOT within"
+    return (
+        f"{what} at {answer.value:.7f} rad, to {answer.error:.1e} rad: {kept} the tolerance of "
+        f"{choice.tolerance:g}."
+    )
+
+
+def main(
+    scene: Path,
+    *,
+    tolerance: float = 1e-3,
+    quantity: Literal["snap", "first snap", "fold"] = "snap",
+    motion: bool = False,
+    frames: int = 150,
+    sweep: Sweep | None = None,
+) -> Asked:
+    """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
+
+    --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
+    ramp's last). --motion asks for the motion up to the snap too, and of a scene without a stop past it, to
+    rest: a view to turn by hand (run-view.html), a film (run-film.gif) of so many --frames, and as many
+    files for ParaView (run-vtu/motion.pvd). The file holds the fields of a Scene, and a table [ribbon].
+    """
+    whole_number("frames", frames, 2)
+    stated = read_scene(scene)
+    # a motion needs a stop: it ends with the snap, and of a scene without one is gone on with then
+    choice = choose(endless(stated) if motion else stated, tolerance, quantity, motion=motion)
+    progress = sweep.progress if sweep else Progress()
+    (answer,) = (choice.run() for _ in progress("scene", [stated]))
+    curve, history = None, answer.history
+    if history is not None and motion:
+        history = to_rest(stated, history) if stated.stop is None else history
+        answer, curve = replace(answer, history=history), curves_of(history)
+    return Asked(str(scene), choice, answer, curve, frames)
+
+
+def _mesh(history: History, *names: str) -> dict[str, Any]:
+    return {name: history.policy[name] for name in names if name in history.policy}
+
+
+def to_rest(stated: Scene, history: History) -> History:
+    """The motion of a scene without a stop, on past its snap and its last fold, and held until it rests.
+
+    Parameters
+    ----------
+    stated: the scene, without a stop.
+    history: of its ramp, until it has snapped; the same if it has not, or where it cannot be gone on with.
+    """
+    if history.crossing() is None and history.crossing("slope") is None:
+        return history
+    model: Any = MODELS[history.model]
+    mesh = _mesh(history, "extensible", "clamp")
+    try:
+        reached = [abs(fold.angle) for fold in model.folds(stated, **mesh)[-1:]]
+        pulse = float(model.frequencies(stated, count=1, **mesh)[0])
+        # under, and over critical damping
+        decay = max(2.0 / stated.damping, stated.damping / pulse**2) if stated.damping else math.inf
+        hold = min(_DECAYS * decay, _PERIODS * 2.0 * math.pi / pulse)
+        stop = math.copysign(max([*reached, abs(float(history.angle[-1]))]) + _PAST, stated.rate)
+        scene = replace(stated, stop=stop, hold=hold)
+        whole: History = model.simulate(scene, **{**history.policy, "until": "end"})
+    except (SceneError, SolverError):
+        return history
+    return whole
+
+
+def curves_of(history: History) -> Curve | None:
+    """The curve of equilibria through the start of a motion and its mirror image, on which it may land.
+
+    The image under z -> -z has the angles -alpha.  None where the curve cannot be followed.
+    """
+    scene = replace(history.scene, stop=None, hold=0.0)
+    reach = max(1.5, float(abs(history.angle).max()))
+    try:
+        branch = MODELS[history.model].equilibria(
+            scene, unstable=1, span=(-reach, reach), **_mesh(history, "extensible", "clamp")
+        )
+    except (SceneError, SolverError):
+        return None
+    curve = Curve.of(branch)
+    return Curve.joined((curve, curve.mirrored()))
+
+
+def words(found: Asked) -> list[str]:
+    """The answer, and why it was had so."""
+    return [_words(found.choice, found.answer), f"Chosen: {found.choice.model}. {found.choice.reason}."]
+
+
+def tables(found: Asked) -> Iterator[Table]:
+    """The runs that the answer took."""
+    rows: list[list[Any]] = [
+        [run.model, ", ".join(f"{name} {value}" for name, value in run.policy.items() if name != "until")]
+        + [run.value, run.seconds]
+        for run in found.answer.runs
+    ]
+    if rows:
+        yield Table(
+            "Runs",
+            ["model", "policy", "angle (rad)", "CPU s"],
+            rows,
+            ["s", "s", ".7f", ".3f"],
+            f"{found.answer.seconds:.3f} s in all.",
+        )
+
+
+def drawings(found: Asked) -> Iterator[Drawing]:
+    """The motion, where there was one."""
+    if found.answer.history is not None:
+        caption = "Height at midspan against the clamp angle, of the finest run."
+        yield Drawing("run-motion.png", caption, _draw(found))
+
+
+def films(found: Asked) -> Iterator[Picture]:
+    """The motion to turn by hand, and its film, where it was asked for."""
+    if found.choice.motion and found.answer.history is not None:
+        until = (
+            "to rest"
+            if found.choice.scene.hold == 0.0 < found.answer.history.scene.hold
+            else "up to its snap"
+        )
+        yield Picture("run-view.html", f"The motion {until}, to be turned and run through by hand.")
+        yield Picture("run-film.gif", f"The ribbon in motion, {until}; its frames for ParaView: run-vtu.")
+
+
+def export(found: Asked, folder: Path, progress: Progress) -> None:
+    """The interactive view, the film, and VTU frames with a PVD."""
+    history = found.answer.history
+    if found.choice.motion and history is not None:
+        view(history, folder / "run-view.html", found.curve)
+        count = found.frames
+        film(
+            history,
+            folder / "run-film.gif",
+            curve=found.curve,
+            frames=count,
+            progress=partial(progress, "film"),
+        )
+        vtu.frames(history, folder / "run-vtu", count=count, progress=partial(progress, "frames"))
+
+
+def values(found: Asked) -> dict[str, Any]:
+    """The numbers for programs."""
+    choice, answer = found.choice, found.answer
+    numbers: dict[str, Any] = {
+        "scene": found.file,
+        "quantity": choice.quantity,
+        "tolerance": choice.tolerance,
+        "model": choice.model,
+        "reason": choice.reason,
+        "value": answer.value,
+        "error": answer.error,
+        "met": answer.met,
+        "sensitive": answer.sensitive,
+        "seconds": answer.seconds,
+        "runs": [vars(run) for run in answer.runs],
+    }
+    if answer.history is not None and choice.motion:
+        columns = ("time", "angle", "height", "slope")
+        numbers["motion"] = {name: getattr(answer.history, name).tolist() for name in columns}
+    return numbers
+
+
+def status(found: Asked) -> int:
+    """0 where the tolerance was met, 3 where not, 4 where refinement does not settle the value."""
+    return SENSITIVE if found.answer.sensitive else 0 if found.answer.met else NOT_MET
+
+
+QUESTION = Question(
+    name="run",
+    title=lambda found: f"{Path(found.file).stem}: {found.choice.quantity}",
+    takes="from a millisecond to some seconds, by the scene and the tolerance",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+    films=films,
+    export=export,
+    status=status,
+)

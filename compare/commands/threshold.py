@@ -1,0 +1,80 @@
+"""How fast must I turn to skip?  Where an outcome begins or ends as one parameter of a scene varies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Literal
+
+from compare.diagrams import Threshold, threshold
+from compare.report.section import Table
+from compare.sweep import Sweep
+from ribbonfem.output.scene_file import read_scene
+
+from ..report.registry import Question
+
+
+def main(
+    scene: Path,
+    *,
+    between: tuple[float, float],
+    vary: Literal["rate", "damping", "compression", "shear", "stop"] = "rate",
+    outcome: str = "type 2",
+    tolerance: float = 0.01,
+    model: Literal["der", "kirchhoff"] = "der",
+    sweep: Sweep | None = None,
+) -> Threshold:
+    """Find the value of one parameter of the scene in a TOML file at which an outcome begins or ends.
+
+    --outcome "no skip", "type 1", "type 2", "first only", "none", or the name of a shape to be selected at
+    the scene's stop; --between LOW:HIGH, values of --vary between which to look; --tolerance relative, of
+    the limit in the mesh. Where both outcomes come side by side, the answer is the band.
+    """
+    return threshold(read_scene(scene), outcome, vary, between, tolerance, model=model, sweep=sweep)
+
+
+def words(found: Threshold) -> list[str]:
+    """Each change in a sentence."""
+    text = []
+    for change in found.changes:
+        if change.high > change.low:
+            where = f"between {found.vary} = {change.low:.4g} and {change.high:.4g} both outcomes come"
+        else:
+            where = f"at {found.vary} = {change.value:.5g} +- {change.doubt:.1g}"
+        text.append(f"{where}: {change.below} below, {change.above} above.")
+    return [*text, f"{found.runs} runs of {found.model}, in the limit of its mesh."]
+
+
+def tables(found: Threshold) -> Iterator[Table]:
+    """Each change on each mesh."""
+    meshes = sorted({mesh for change in found.changes for mesh in change.meshes})
+    yield Table(
+        f"Changes of the outcome with {found.vary}",
+        ["below", "above", *(f"mesh {mesh}" for mesh in meshes), "limit", "±"],
+        [
+            [c.below, c.above, *(c.meshes.get(mesh) for mesh in meshes), c.value, c.doubt]
+            for c in found.changes
+        ],
+        ["s", "s", *[".5g"] * (len(meshes) + 1), ".1g"],
+    )
+
+
+def values(found: Threshold) -> dict[str, Any]:
+    """The numbers for programs."""
+    names = ("value", "doubt", "low", "high", "below", "above", "runs", "outcome", "vary", "model")
+    return {name: getattr(found, name) for name in names} | {
+        "between": list(found.between),
+        "changes": [asdict(change) for change in found.changes],
+    }
+
+
+QUESTION = Question(
+    name="threshold",
+    title=lambda found: f"Where {found.outcome} begins or ends",
+    takes="some 20 seconds",
+    main=main,
+    words=words,
+    tables=tables,
+    values=values,
+)

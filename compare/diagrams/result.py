@@ -1,0 +1,135 @@
+"""A diagram of what ramps do: shares of outcomes over cells of rate and damping."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbonfem import Scene
+from ribbonfem.frozen import Value
+from ribbonfem.results import Array
+
+from .boundaries import Boundary
+from .setup import Sample
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A run that did not end, and why."""
+
+    rate: float
+    damping: float
+    reason: str
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Diagram(Value):
+    """What ramps do, over cells of rate and damping that are areas in the logarithms.
+
+    Attributes
+    ----------
+    kind: "skipping" or "selection".
+    rates, dampings: (n,) rad/s and (m,) 1/s, centres of the cells; a cell reaches half a spacing to every
+        side.
+    outcomes: names, in the order of the shares.
+    shares: (m, n, outcomes) of the runs that ended; NaN where none did.
+    doubt: (m, n) half the 95 % interval of the largest share.
+    runs: (m, n) runs that ended.
+    outcome: (m, n) the common outcome where all runs agree; "cut" where one line in (log rate, log nu)
+        separates two; "mixed" where none does, however many runs: only these cells are undetermined;
+        empty where no run ended.
+    failed: the runs that did not end.
+    boundaries: where the outcome changes, solved for between sure cells, on the mesh of the runs.
+    samples: every run, row by row and cell by cell.
+    folds: alpha_c1 and alpha_c2, rad.
+    predicted: curves that need no simulation, by name: (k, 2) rates and dampings.
+    scene, model, policy, seed: what it was made from.
+    unpredicted: of these curves those that are not there, by name: why.
+    """
+
+    kind: str
+    rates: Array
+    dampings: Array
+    outcomes: tuple[str, ...]
+    shares: Array
+    doubt: Array
+    runs: NDArray[np.int64]
+    outcome: NDArray[np.str_]
+    failed: tuple[Failed, ...]
+    boundaries: tuple[Boundary, ...]
+    samples: tuple[Sample, ...]
+    folds: tuple[float, float]
+    predicted: Mapping[str, Array]
+    scene: Scene
+    model: str
+    policy: Mapping[str, Any]
+    seed: int
+    unpredicted: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        counts = Counter(str(name) or "no run ended" for name in self.outcome.ravel())
+        cells = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+        scene = self.scene
+        where = f"({scene.compression:g}, {scene.shear:g})"
+        stop = "" if scene.stop is None else f", stop {scene.stop:g} rad"
+        return (
+            f"Diagram({self.kind} at {where}{stop}, {self.model}, "
+            f"{len(self.dampings)} x {len(self.rates)} cells of {int(self.runs.sum())} runs;\n"
+            f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed"
+            + "".join(f";\n  no line of {name}: {why}" for name, why in self.unpredicted.items())
+            + ")"
+        )
+
+    @property
+    def undetermined(self) -> NDArray[np.bool_]:
+        """(m, n) which cells no single run decides: "mixed"."""
+        return np.asarray(self.outcome == "mixed")
+
+    def to_csv(self) -> str:
+        """A tidy table: a row for each cell and outcome, with its share, doubt and runs."""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["rate", "damping", "outcome", "share", "cell", "runs", "doubt_of_largest"])
+        for j, damping in enumerate(self.dampings):
+            for i, rate in enumerate(self.rates):
+                for k, name in enumerate(self.outcomes):
+                    writer.writerow(
+                        [repr(float(rate)), repr(float(damping)), name, repr(float(self.shares[j, i, k]))]
+                        + [str(self.outcome[j, i]), int(self.runs[j, i]), repr(float(self.doubt[j, i]))]
+                    )
+        return stream.getvalue()
+
+    def to_xarray(self) -> Any:
+        """The same as an `xarray.Dataset`, where xarray is installed.
+
+        Raises
+        ------
+        ImportError
+            If it is not; says how to install it.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("to_xarray needs xarray: pip install xarray") from None
+        cells = ("damping", "rate")
+        return xarray.Dataset(
+            {
+                "share": ((*cells, "outcome"), np.array(self.shares)),
+                "doubt": (cells, np.array(self.doubt)),
+                "runs": (cells, np.array(self.runs)),
+                "cell": (cells, np.array(self.outcome)),
+            },
+            {
+                "damping": np.array(self.dampings),
+                "rate": np.array(self.rates),
+                "outcome": list(self.outcomes),
+            },
+            {"kind": self.kind, "model": self.model, "scene": repr(self.scene), "seed": self.seed},
+        )

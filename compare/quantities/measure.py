@@ -1,0 +1,342 @@
+"""What is measured of a model: fold and snap angles, shapes, energies; its unknowns, mesh sizes and orders.
+
+Every measure goes through the verbs of a model and nothing else of it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType, ModuleType
+from typing import Any, cast
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from compare.models import DECLARED, MODELS
+from ribbonfem import History, Scene, SolverError, kirchhoff
+from ribbonfem.model_info import defaults
+from ribbonfem.options import PolicyError
+from ribbonfem.results import Array, Fold, Value
+from ribbonfem.scene import shown
+
+MESHES = ("elements", "nodes")
+# what a policy can be refined in
+REFINABLE = (*MESHES, "step", "tolerance")
+# a ramp this short (rad) leaves the ribbon where it was
+_STILL = 1e-9
+
+
+def name_of(model: ModuleType | str) -> str:
+    """The name of a model, given as its module or by that name.
+
+    Raises
+    ------
+    PolicyError
+        If it is neither.
+    """
+    for name, module in MODELS.items():
+        if model is module or (isinstance(model, str) and model == name):
+            return name
+    raise PolicyError(f"model = {shown(model)}: must be one of {', '.join(MODELS)} (the module or its name)")
+
+
+def verb_of(name: str, verb: str) -> Callable[..., Any]:
+    """A verb of a model.
+
+    Raises
+    ------
+    PolicyError
+        If the model does not have it.
+    """
+    found = getattr(MODELS[name], verb, None)
+    if found is None:
+        raise PolicyError(f"model = {name!r}: has no {verb}; it is static")
+    return cast(Callable[..., Any], found)
+
+
+def defaults_of(name: str, verb: str) -> Mapping[str, Any]:
+    """The policy names of a verb, with their defaults, from its signature."""
+    verb_of(name, verb)
+    return defaults(MODELS[name], verb)
+
+
+def require_policy(name: str, verb: str, policy: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+    """Raise a `PolicyError` that names the first of `policy` which the verb of the model does not take.
+
+    `taken`: keywords of the verb that the caller says itself.
+    """
+    allowed = [key for key in defaults_of(name, verb) if key not in taken]
+    for key, value in policy.items():
+        if key not in allowed:
+            raise PolicyError(f"{key} = {shown(value)}: {name}.{verb} takes {', '.join(allowed)}")
+
+
+def mesh_of(name: str, policy: Mapping[str, Any]) -> dict[str, Any]:
+    """The part of a policy that is about the discretisation in space."""
+    mesh = defaults_of(name, "folds")
+    return {key: value for key, value in policy.items() if key in mesh and key != "steps"}
+
+
+def unknowns(name: str, policy: Mapping[str, Any], dynamic: bool) -> int:
+    """Degrees of freedom of a model at rest or in motion, with the defaults for what is not given.
+
+    At rest: free dofs and multipliers.  In motion elements have positions and forces too.
+    """
+    declared = DECLARED[name]
+    full = {**defaults_of(name, "simulate" if dynamic else "folds"), **policy}
+    count = int(full[declared.mesh])
+    return declared.in_motion(count) if dynamic else declared.at_rest(count)
+
+
+def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene: Scene) -> float:
+    """The size that goes to zero as `over` is refined: edge length (L), step (s) or tolerance (L)."""
+    if over in MESHES:
+        return DECLARED[name].size({**policy, over: value})
+    if over == "step" and name != "der" and scene.stop is not None:
+        # elements shorten a step so that a whole number of them fits the ramp
+        ramp = scene.stop / scene.rate
+        return ramp / math.ceil(ramp / value - 1e-9)
+    return float(value)
+
+
+def order_of(name: str, over: str, policy: Mapping[str, Any]) -> float | None:
+    """The order that model or method declares; None for a tolerance."""
+    declared = DECLARED[name]
+    if over in MESHES:
+        return declared.order(policy)
+    if over == "step":
+        method = str(policy.get("method", defaults_of(name, "simulate")["method"]))
+        return float(declared.methods[method]) if method in declared.methods else None
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class Shape(Value):
+    """A configuration: arclength (points,) of material points in [0, 1] and positions (points, 3) in L."""
+
+    s: Array
+    r: Array
+
+    def at(self, s: Array) -> Array:
+        """Positions (len(s), 3) at other arclengths, on the quintic spline through the points."""
+        degree = 5 if len(self.s) > 5 else 3
+        return np.asarray(make_interp_spline(self.s, self.r, k=degree)(s))
+
+    def distance(self, reference: Shape) -> float:
+        """L2 norm over the arclength of the difference from a finer one, at the points of this one."""
+        inside = (self.s > -1e-12) & (self.s < 1.0 + 1e-12)
+        s, off = self.s[inside], (self.r[inside] - reference.at(self.s[inside])) ** 2
+        return float(np.sqrt(np.trapezoid(off.sum(axis=1), s)))
+
+
+def step_at(history: History, angle: float) -> tuple[slice, Array]:
+    """Rows around the instant at which the ramp reaches `angle`, and their weights in cubic interpolation.
+
+    Raises
+    ------
+    SolverError
+        If it was not reached.
+    """
+    if not min(history.angle[0], history.angle[-1]) <= angle <= max(history.angle[0], history.angle[-1]):
+        raise SolverError(f"the run ended at alpha = {history.angle[-1]:.6g}, before {angle:.6g}")
+    along = np.abs(history.angle)
+    k = int(np.searchsorted(along, abs(angle)))
+    first = min(max(k - 2, 0), max(len(along) - 4, 0))
+    rows = slice(first, first + min(4, len(along)))
+    x = along[rows]
+    weights = np.array(
+        [
+            np.prod([(abs(angle) - x[j]) / (x[i] - x[j]) for j in range(len(x)) if j != i])
+            for i in range(len(x))
+        ]
+    )
+    return rows, weights
+
+
+def shape_at(history: History, name: str, angle: float) -> Shape:
+    """The shape at the instant of the ramp at which the clamp has turned by `angle`."""
+    rows, weights = step_at(history, angle)
+    r = np.einsum("k,kij->ij", weights, history.configurations["positions"][rows])
+    return Shape(history.arclength, r)
+
+
+def energy_at(history: History, angle: float) -> float:
+    """Kinetic and elastic energy (EI2/L) at that instant."""
+    rows, weights = step_at(history, angle)
+    return float(weights @ (history.energies["kinetic"][rows] + history.energies["elastic"][rows]))
+
+
+def balance_of(history: History) -> float:
+    """Largest defect (EI2/L) of kinetic + elastic + dissipated - work, which an exact motion keeps."""
+    e = history.energies
+    total = e["kinetic"] + e["elastic"] + e["dissipated"] - e["work"]
+    return float(np.abs(total - total[0]).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Rest(Value):
+    """A start state at alpha = 0: its shape, elastic energy (EI2/L) and z(1/2)/L."""
+
+    shape: Shape
+    energy: float
+    height: float
+
+
+def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
+    """The start state of a scene in a model.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        From the model.
+    """
+    require_policy(name, "folds", policy)
+    if name == "kirchhoff":
+        state = kirchhoff.state(scene, **policy)
+        # the ends of the elements, where all models have the order of their angles
+        ends = slice(None, None, (len(state.s) - 1) // {**defaults_of(name, "folds"), **policy}["elements"])
+        return Rest(Shape(state.s[ends], state.positions[ends]), state.energy, state.height)
+    # the first row of a motion is the start state itself
+    still = replace(scene, rate=1.0, stop=_STILL, hold=0.0)
+    history: History = verb_of(name, "simulate")(still, **policy)
+    r = history.configurations["positions"][0]
+    shape = Shape(history.arclength, r)
+    return Rest(shape, float(history.energies["elastic"][0]), float(history.height[0]))
+
+
+def run(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, float]:
+    """`simulate`, and the CPU seconds of the time loop alone.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        From the model.
+    """
+    simulate = verb_of(name, "simulate")
+    require_policy(name, "simulate", policy)
+    begin = time.process_time()
+    history: History = simulate(scene, **policy)
+    spent = time.process_time() - begin
+    # the loop's clock is the wall's: where other programs delay it, the CPU time of the whole call is less
+    return history, min(float(history.stats["seconds"]), spent)
+
+
+# (model's name, scene, policy) -> value and CPU seconds
+Measure = Callable[[str, Scene, Mapping[str, Any]], tuple[Any, float]]
+
+
+def forget(name: str) -> None:
+    """Let a model forget the start states and folds that it keeps: a call that is timed would find them."""
+    if kept := getattr(getattr(MODELS[name], "states", None), "forget", None):
+        kept()
+
+
+def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fold, ...], float]:
+    require_policy(name, "folds", policy)
+    forget(name)
+    begin = time.process_time()
+    found: tuple[Fold, ...] = verb_of(name, "folds")(scene, **policy)
+    seconds = time.process_time() - begin
+    if not found:
+        raise SolverError("the ramp meets no fold")
+    return found, seconds
+
+
+def _fold(which: int) -> Measure:
+    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
+        found, seconds = _folds(name, scene, policy)
+        return found[which].angle, seconds
+
+    return measure
+
+
+def fold_angles(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Array, float]:
+    """Angles of all the folds that the ramp meets, and CPU seconds."""
+    found, seconds = _folds(name, scene, policy)
+    return np.array([fold.angle for fold in found]), seconds
+
+
+def _crossing(quantity: str) -> Measure:
+    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
+        allowed = defaults_of(name, "simulate") if hasattr(MODELS[name], "simulate") else {}
+        extra: dict[str, Any] = {"until": "snap"} if quantity == "height" else {}
+        if "configurations" in allowed:
+            extra["configurations"] = False
+        history, seconds = run(name, scene, {**extra, **policy})
+        found = history.crossing(quantity)
+        if found is None:
+            raise SolverError(f"the {quantity} does not change sign up to alpha = {scene.stop}")
+        return found[1], seconds
+
+    return measure
+
+
+def _at(rest: str, end: Callable[[History, str], Any]) -> Measure:
+    """What a scene without stop has at rest, by its name in `Rest`, and a motion at the end of its ramp."""
+
+    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Any, float]:
+        if scene.stop is None:
+            forget(name)
+            begin = time.process_time()
+            value = getattr(at_rest(name, scene, policy), rest)
+            return value, time.process_time() - begin
+        history, seconds = run(name, replace(scene, hold=0.0), policy)
+        return end(history, name), seconds
+
+    return measure
+
+
+def _last_energy(history: History, name: str) -> float:
+    return float(history.energies["kinetic"][-1] + history.energies["elastic"][-1])
+
+
+def _balance(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
+    history, seconds = run(name, scene, policy)
+    return balance_of(history), seconds
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measure by name: `measure(model name, scene, policy)` returns its value and CPU seconds.
+
+    `verb` is the one whose policy it takes, "folds" or "simulate"; "either": by the scene, which has
+    a `stop` or not.  `exact` is the value of an exact solution, where there is one for all.
+    """
+
+    text: str
+    measure: Measure
+    verb: str
+    exact: float | None = None
+
+
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "fold": Quantity("angle (rad) of the last fold that a very slow ramp meets", _fold(-1), "folds"),
+        "first fold": Quantity("angle (rad) of the first of them", _fold(0), "folds"),
+        "snap": Quantity("angle (rad) of the ramp where z(1/2) = 0", _crossing("height"), "simulate"),
+        "first snap": Quantity(
+            "angle (rad) where the mid tangent has t_z = 0", _crossing("slope"), "simulate"
+        ),
+        "shape": Quantity(
+            "positions (L): at the end of the ramp, or at rest, alpha = 0, in a scene without stop",
+            _at("shape", lambda history, name: shape_at(history, name, float(history.angle[-1]))),
+            "either",
+        ),
+        "energy": Quantity(
+            "kinetic and elastic energy (EI2/L), at the same instant as shape",
+            _at("energy", _last_energy),
+            "either",
+        ),
+        "height": Quantity(
+            "z(1/2)/L, at the same instant as shape",
+            _at("height", lambda history, name: float(history.height[-1])),
+            "either",
+        ),
+        "balance": Quantity(
+            "largest defect (EI2/L) of the energy balance of a run; 0 if exact", _balance, "simulate", 0.0
+        ),
+    }
+)

@@ -1,5 +1,0 @@
-"""Which shapes are skipped and which are chosen?  The paper's named cases (section 7)."""
-
-from .question import QUESTION
-
-__all__ = ["QUESTION"]

@@ -1,5 +1,0 @@
-"""Every figure of the paper that numbers make, and its claims one by one: confirmed, corrected, or open."""
-
-from .question import QUESTION, main
-
-__all__ = ["QUESTION", "main"]

@@ -1,5 +1,0 @@
-"""Speed at equal error against other programs: planar snap, ribbon snap, the static branch."""
-
-from .question import QUESTION
-
-__all__ = ["QUESTION"]

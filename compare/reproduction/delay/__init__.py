@@ -1,0 +1,7 @@
+"""How late a snap comes, against theory."""
+
+from compare.reproduction.delays import Cell, rates_for, ratio_limit, slope_of
+
+from .command import QUESTION, main
+
+__all__ = ["QUESTION", "Cell", "main", "rates_for", "ratio_limit", "slope_of"]

@@ -1,0 +1,5 @@
+"""Every figure of the paper that numbers make, and its claims one by one: confirmed, corrected, or open."""
+
+from .command import QUESTION, main
+
+__all__ = ["QUESTION", "main"]

@@ -1,0 +1,211 @@
+"""Every figure of the paper that numbers make, drawn from both models, and the paper's claims one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from functools import partial
+from typing import Any, Literal
+
+from compare.diagrams.diagram import MOST_SAMPLES, SAMPLES
+from compare.report.registry import Question
+from compare.report.section import Drawing, Table
+from compare.reproduction.delays import DAMPINGS, require_ranges
+from compare.reproduction.maps import NAMED_SELECTION, NAMED_SKIPPING
+from compare.sweep import Sweep
+from ribbonfem.options import whole_number, within
+
+from . import at_rest, in_motion
+from . import figures_motion as motion
+from . import figures_rest as rest
+from .axes import Plate, draw, to_csv
+from .claims import CHOICES, CLAIMS, GROUPS
+from .result import Figures, given
+from .verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES, Claim, Verdict
+
+NAMES = tuple(f"fig{number}" for number in range(2, 17))
+
+
+def _chosen(only: Sequence[str]) -> tuple[str, ...]:
+    for name in only:
+        if name not in NAMES:
+            raise ValueError(f"only = {name!r}: must be of {', '.join(NAMES)}, with commas between them")
+    return tuple(name for name in NAMES if name in only) if only else NAMES
+
+
+def main(
+    *,
+    only: tuple[str, ...] = (),
+    cells: int = 20,
+    model: Literal["der", "kirchhoff", "both"] = "der",
+    samples: int = SAMPLES,
+    dampings: tuple[float, ...] = DAMPINGS,
+    decades: int = 5,
+    phase_step: float = 0.05,
+    sweep: Sweep | None = None,
+) -> Figures:
+    """Draw every figure of the paper that numbers make, Figs. 2 to 16, and judge its claims one by one.
+
+    Writes figures/figN.png, .pdf and .csv, all that is drawn in it. Finite elements are lines, discrete rods
+    symbols. --only fig3,fig7 draws some of them. --cells, --model, --samples: of the diagrams of Figs. 11
+    and 14; runs that `ribbonfem skipping --all` and `selection --all` left in the folder are taken over.
+    --dampings, --decades: of Figs. 7 to 9. --phase-step: grid of the rods in Fig. 16.
+    """
+    sweep = sweep or Sweep()
+    asked = _chosen(only)
+    whole_number("cells", cells, 2, 100)
+    whole_number("samples", samples, 1, MOST_SAMPLES)
+    within("phase_step", phase_step, 0.01, 0.5)
+    require_ranges(dampings, decades)
+    systems = [
+        name
+        for name, figure in (("planar", "fig6"), ("Path 1", "fig8"), ("Path 2", "fig9"))
+        if figure in asked
+    ]
+    scaled = [figure for figure in in_motion.SCALED if figure in asked]
+    kinds = [
+        kind
+        for figure, group in (
+            ("fig10", (("skipping", 0.40), ("skipping", 0.35))),
+            ("fig12", (("selection", 0.40),)),
+            ("fig13", (("selection", 0.35),)),
+        )
+        if figure in asked
+        for kind in group
+    ]
+    return Figures(
+        asked=asked,
+        snapshots=at_rest.snapshots(sweep) if "fig2" in asked else (),
+        planar=at_rest.planar(sweep) if "fig3" in asked else None,
+        ribbons=at_rest.ribbons(sweep) if "fig4" in asked else None,
+        swept=at_rest.swept(sweep) if "fig5" in asked else None,
+        moved={system: in_motion.moved(system, sweep) for system in systems} or None,
+        delays=in_motion.scaled(scaled, tuple(dampings), decades, sweep) if scaled else None,
+        width=in_motion.width_matters(1.0) if "fig8" in asked else None,
+        settled=in_motion.settled(kinds, sweep) if kinds else None,
+        bounds=tuple(in_motion.bound_of(value) for value in (0.40, 0.35)) if "fig10" in asked else (),
+        skipping=in_motion.mapped("skipping", cells, model, samples, sweep) if "fig11" in asked else None,
+        selection=in_motion.mapped("selection", cells, model, samples, sweep) if "fig14" in asked else None,
+        states=at_rest.states() if "fig15" in asked else None,
+        phases=at_rest.phases(sweep, phase_step) if "fig16" in asked else None,
+    )
+
+
+def plates(found: Figures) -> Iterator[Plate]:
+    """The figures that were asked for, in order."""
+    made: dict[str, Callable[[], Plate]] = {
+        "fig2": lambda: rest.snapshots(found.snapshots),
+        "fig3": lambda: rest.planar(given(found.planar)),
+        "fig4": lambda: rest.paths(given(found.ribbons)),
+        "fig5": lambda: rest.critical(given(found.swept)),
+        "fig6": lambda: motion.ramps(given(found.moved)["planar"]),
+        "fig7": lambda: motion.scaling(given(found.delays)),
+        "fig8": lambda: motion.ribbon(given(found.moved)["Path 1"], given(found.delays), "fig8"),
+        "fig9": lambda: motion.ribbon(given(found.moved)["Path 2"], given(found.delays), "fig9"),
+        **{
+            name: partial(lambda name: motion.named(given(found.settled), name), name)
+            for name in ("fig10", "fig12", "fig13")
+        },
+        "fig11": lambda: motion.maps(given(found.skipping), "fig11", NAMED_SKIPPING),
+        "fig14": lambda: motion.maps(given(found.selection), "fig14", NAMED_SELECTION),
+        "fig15": lambda: rest.curvatures(given(found.states)),
+        "fig16": lambda: rest.phases(given(found.phases)),
+    }
+    for name in found.asked:
+        yield made[name]()
+
+
+def judgements(found: Figures) -> list[tuple[Claim, Verdict]]:
+    """Every claim with its verdict, in the order of the figures."""
+    claims = sorted(CLAIMS, key=lambda claim: NAMES.index(claim.figure))
+    return [(claim, claim.of(found)) for claim in claims]
+
+
+def words(found: Figures) -> list[str]:
+    """How the claims fare, and how to read figures and verdicts."""
+    verdicts = [verdict.verdict for _, verdict in judgements(found)]
+    asked = len(verdicts) - verdicts.count(NOT_ASKED)
+    counts = ", ".join(f"{verdicts.count(name)} {name}" for name in (YES, CORRECTED, OPEN, NO))
+    left = (
+        ""
+        if asked == len(verdicts)
+        else f" {len(verdicts) - asked} were not asked: their figures were left out."
+    )
+    return [
+        f"Of {asked} claims of the paper {counts}.{left} Each verdict is computed from the numbers of its "
+        "figure; the command beside it makes them.",
+        "Confirmed with a correction: the statement holds, and something that the paper says with it does "
+        "not. Not determined: refinement does not settle it, or nothing here was asked of it.",
+        "Finite elements are lines and discrete rods symbols: they share no mechanics. figures/figN.csv "
+        "has all that is drawn in figures/figN.png and figN.pdf. Fig. 1, the photographs of Fig. 2 and the "
+        "sketch in Fig. 3 are not made of numbers.",
+    ]
+
+
+def tables(found: Figures) -> list[Table]:
+    """Claims one by one, and where the paper contradicts itself."""
+    told = [(claim, verdict) for claim, verdict in judgements(found) if verdict.verdict != NOT_ASKED]
+    made = [
+        Table(
+            f"The paper's claims, one by one: {name}",
+            ["the paper says", "where", "verdict", "found", "its error", "correction", "command"],
+            [
+                [claim.says, claim.where, verdict.verdict, verdict.number, verdict.error, verdict.correction]
+                + [claim.command]
+                for claim, verdict in told
+                if claim in group
+            ],
+            ["s"] * 7,
+        )
+        for name, group in GROUPS.items()
+    ]
+    return [
+        *(table for table in made if table.rows),
+        Table(
+            "Where the paper leaves a choice or contradicts itself, and what is taken here",
+            ["of what", "the paper", "taken here"],
+            CHOICES,
+            ["s"] * 3,
+        ),
+    ]
+
+
+def drawings(found: Figures) -> Iterator[Drawing]:
+    """A picture of each figure, a PDF beside it."""
+    for plate in plates(found):
+        yield Drawing(f"figures/{plate.name}.png", plate.caption, draw(plate), vector=True)
+
+
+def files(found: Figures) -> dict[str, str]:
+    """The data beside each figure."""
+    return {f"figures/{plate.name}.csv": to_csv(plate) for plate in plates(found)}
+
+
+def values(found: Figures) -> dict[str, Any]:
+    """The numbers for programs."""
+    return {
+        "figures": [
+            {"name": plate.name, "caption": plate.caption, "data": f"figures/{plate.name}.csv"}
+            for plate in plates(found)
+        ],
+        "claims": [
+            {"says": claim.says, "where": claim.where, "figure": claim.figure, "command": claim.command}
+            | asdict(verdict)
+            for claim, verdict in judgements(found)
+        ],
+    }
+
+
+QUESTION = Question(
+    name="figures",
+    title="The paper's figures and claims",
+    takes="some 15 minutes",
+    main=main,
+    words=words,
+    tables=tables,
+    drawings=drawings,
+    values=values,
+    files=files,
+    keep=True,
+    takes_over=("skipping", "selection", "delay", "cases"),
+)

@@ -1,0 +1,165 @@
+"""Observed orders of every model on the mesh and of every method on the step: one `convergence` each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from compare.models import DECLARED
+from compare.quantities.convergence import Convergence, convergence
+from ribbonfem import Scene
+
+from .cases import CASES
+
+_SCENES = {f"{case.group}/{case.name}": case.scene for case in CASES}
+_BEAM = _SCENES["static-planar/0.40"]
+_RIBBON = _SCENES["static-ribbon/0.40-0.40-U+S+"]
+# slow ramps: after a fast one's start the motion is too rough for a method to show its order
+_MOVING_BEAM = _SCENES["dynamic-planar/0.40-rate0.1-nu1"]
+_MOVING_RIBBON = _SCENES["dynamic-ribbon/0.40-0.37-rate0.1-nu1"]
+_STEPS = (2e-2, 1e-2, 5e-3, 2.5e-3)
+_ROD_STEPS = (1e-2, 5e-3, 2.5e-3, 1.25e-3)
+# on shorter ones the elements' Newton shows through "esdirk4"
+_LONG_STEPS = (4e-2, 2e-2, 1e-2, 5e-3)
+# the same step on all meshes leaves their orders alone
+_BEAM_STEP = {"method": "newmark", "step": 2e-2}
+_ROD_STEP = {"method": "generalised-alpha", "step": 2e-2}
+
+
+@dataclass(frozen=True)
+class Study:
+    """One convergence study: what `convergence` is called with."""
+
+    group: str
+    label: str
+    model: str
+    scene: Scene
+    quantity: str
+    over: Mapping[str, tuple[float, ...]]
+    policy: Mapping[str, Any]
+
+    def run(self) -> Convergence:
+        """Do it."""
+        return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.policy)
+
+
+def _at_rest() -> list[Study]:
+    beams: list[tuple[str, str, dict[str, tuple[float, ...]], dict[str, Any]]] = [
+        ("quasi-linear", "quasilinear", {"elements": (8, 16, 32, 64)}, {}),
+        ("elastica", "elastica", {"elements": (12, 16, 24, 32)}, {}),
+        ("elastica, EA", "elastica", {"elements": (12, 16, 24, 32)}, {"extensible": True}),
+        ("DER centred", "der", {"nodes": (51, 101, 201, 401)}, {}),
+        ("DER two-node", "der", {"nodes": (101, 201, 401, 801)}, {"clamp": "two-node"}),
+    ]
+    ribbons: list[tuple[str, str, dict[str, tuple[float, ...]], dict[str, Any]]] = [
+        ("Kirchhoff", "kirchhoff", {"elements": (8, 12, 16, 20)}, {}),
+        ("Kirchhoff, EA", "kirchhoff", {"elements": (8, 12, 16, 20)}, {"extensible": True}),
+        *beams[-2:],
+    ]
+    return [
+        Study(group, label, model, scene, quantity, over, policy)
+        for group, scene, what in (("static-planar", _BEAM, beams), ("static-ribbon", _RIBBON, ribbons))
+        for label, model, over, policy in what
+        for quantity in ("fold", "shape", "energy")
+    ]
+
+
+def _in_step(
+    group: str,
+    label: str,
+    model: str,
+    scene: Scene,
+    method: str,
+    steps: tuple[float, ...],
+    policy: Mapping[str, Any],
+) -> Study:
+    """The order of a method in its step, by the snap."""
+    name, over = f"{label}, {method}", {"step": steps}
+    return Study(group, name, model, scene, "snap", over, {**policy, "method": method})
+
+
+def _in_motion() -> list[Study]:
+    planar, ribbon = "dynamic-planar", "dynamic-ribbon"
+    nodes, finer = {"nodes": (51, 101, 201)}, {"nodes": (101, 201, 401)}
+    two_node = {**_ROD_STEP, "clamp": "two-node"}
+    found = [
+        Study(
+            planar, "quasi-linear", "quasilinear", _MOVING_BEAM, "snap", {"elements": (8, 16, 32)}, _BEAM_STEP
+        ),
+        Study(
+            planar, "elastica", "elastica", _MOVING_BEAM, "snap", {"elements": (8, 12, 16, 24)}, _BEAM_STEP
+        ),
+        Study(planar, "DER centred", "der", _MOVING_BEAM, "snap", nodes, _ROD_STEP),
+        Study(planar, "DER two-node", "der", _MOVING_BEAM, "snap", finer, two_node),
+        Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
+        Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
+    ]
+    stretching = {"extensible": True}
+    # fine enough to show their order, and coarse enough to lie above what Newton leaves
+    for group, scene, meshes in (
+        (planar, _MOVING_BEAM, (4, 6, 8, 10)),
+        (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
+    ):
+        over, policy = {"elements": meshes}, _ROD_STEP | stretching
+        found.append(Study(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
+        found += [
+            _in_step(
+                group,
+                "Kirchhoff, EA",
+                "kirchhoff",
+                scene,
+                method,
+                _LONG_STEPS if method == "esdirk4" else _STEPS,
+                {"elements": 4} | stretching,
+            )
+            for method in DECLARED["kirchhoff"].methods
+        ]
+    for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
+        found += [
+            _in_step(planar, label, model, _MOVING_BEAM, method, _STEPS, {"elements": elements})
+            for method in DECLARED["elastica"].methods
+        ]
+    # an iteration stopped early leaves an error that does not fall with the step
+    exact = {"nodes": 26, "newton_tolerance": 1e-11}
+    for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
+        found += [
+            _in_step(group, "DER", "der", scene, method, _ROD_STEPS, exact)
+            for method in DECLARED["der"].methods
+            if method != "verlet"
+        ]
+    return found
+
+
+def studies(groups: tuple[str, ...], models: tuple[str, ...]) -> list[Study]:
+    """The studies of these groups and models."""
+    return [s for s in (*_at_rest(), *_in_motion()) if s.group in groups and s.model in models]
+
+
+def run_study(study: Study) -> Convergence:
+    """Do a study; a function of the module, for worker processes."""
+    return study.run()
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def record(study: Study, found: Convergence) -> dict[str, Any]:
+    """A study and what came of it, for programs."""
+    return {
+        "group": study.group,
+        "label": study.label,
+        "model": study.model,
+        "quantity": study.quantity,
+        "over": found.over,
+        "at": list(found.at),
+        "sizes": list(found.sizes),
+        "errors": [float(e) for e in found.errors],
+        "orders": [_number(p) for p in found.orders],
+        "order": _number(found.order),
+        "expected": found.expected,
+        "verified": found.verified,
+        "policy": dict(study.policy),
+    }

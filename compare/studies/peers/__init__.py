@@ -1,0 +1,5 @@
+"""Speed at equal error against other programs: planar snap, ribbon snap, the static branch."""
+
+from .study import QUESTION
+
+__all__ = ["QUESTION"]

@@ -1,0 +1,5 @@
+"""Hard cases, in motion and at rest, with every method and model."""
+
+from .study import QUESTION
+
+__all__ = ["QUESTION"]

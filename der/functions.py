@@ -1,0 +1,102 @@
+"""The static verbs of the discrete elastic rod."""
+
+from __future__ import annotations
+
+from ribbonfem.continuation import Steps
+from ribbonfem.continuation.curves import as_fold, whole_curve
+from ribbonfem.continuation.vibration import natural_frequencies
+from ribbonfem.delay import NormalForm, normal_form
+from ribbonfem.options import verb
+from ribbonfem.results import Array, Branch, Fold
+from ribbonfem.scene import Scene
+
+from . import out_of_plane as plane
+from .problem import Statics, default_steps
+from .rod import Rod
+from .states import met_folds, start_state
+
+
+@verb
+def folds(
+    scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
+) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets, in order: two from U+S+, one from U+S- and planar U+.
+
+    Parameters
+    ----------
+    scene: planar or sheared.
+    nodes: N, at least 7; the error falls as N^-2 with the centred clamp and N^-1 with the other.
+    clamp: "centred" or "two-node" (see `der.rod`).
+    steps: continuation step control; None for one that suits the thickness.
+
+    Raises
+    ------
+    SceneError
+        If the start is not a stable equilibrium.
+    PolicyError, SolverError
+        For a policy value that cannot be; for a continuation that fails.
+    """
+    problem = Statics(Rod(scene, nodes, clamp))
+    found = met_folds(scene, nodes, clamp, steps)
+    of = {"model": "der", "scene": scene, "policy": {"nodes": nodes, "clamp": clamp}}
+    return tuple(as_fold(problem, event.point, **of) for event in found)
+
+
+@verb
+def normal_forms(
+    scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds of `folds`: what `ribbonfem.delay.predict` needs.
+
+    Parameters and errors as in `folds`.
+    """
+    problem = Statics(Rod(scene, nodes, clamp))
+    return tuple(normal_form(problem, fold) for fold in met_folds(scene, nodes, clamp, steps))
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = "centred") -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    return natural_frequencies(Statics(rod), start_state(rod), 0.0, count)
+
+
+@verb
+def equilibria(
+    scene: Scene,
+    *,
+    nodes: int = 151,
+    clamp: str = "centred",
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span` (rad).
+
+    It ends with the first state of more than `unstable` unstable directions.  Other parameters
+    and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    problem = Statics(rod)
+    curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable)
+    policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
+    return curve.as_branch(scene, policy, "der", problem.arclength)
+
+
+@verb
+def leaves_plane(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    From the Hessian over what is across the plane, along the states from alpha = 0 in the
+    direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in `folds`.
+
+    Returns
+    -------
+    NaN where they do not lose it.
+    """
+    scene.require_planar("leaves_plane")
+    Rod(scene, nodes, clamp)
+    return plane.leaves_plane(scene, nodes, clamp)

@@ -1,0 +1,29 @@
+"""What the discrete elastic rod declares of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ribbonfem.model_info import Declared
+
+from .motion import ADAPTIVE, ORDERS
+
+
+def _centred(policy: Mapping[str, Any]) -> bool:
+    return bool(policy.get("clamp", "centred") == "centred")
+
+
+DECLARED = Declared(
+    name="der",
+    mesh="nodes",
+    least=7,
+    planar=False,
+    methods=ORDERS,
+    adaptive=ADAPTIVE,
+    order=lambda policy: 2.0 if _centred(policy) else 1.0,
+    # the length of an edge
+    size=lambda policy: 1.0 / (policy["nodes"] - (2 if _centred(policy) else 1)),
+    at_rest=lambda nodes: 4 * nodes - 15,
+    in_motion=lambda nodes: 4 * nodes - 15,
+)

@@ -1,0 +1,21 @@
+"""What the elastica declares of itself."""
+
+from __future__ import annotations
+
+from ribbonfem.model_info import Declared
+from ribbonfem.stepping.control import ADAPTIVE, ORDERS
+
+DECLARED = Declared(
+    name="elastica",
+    mesh="elements",
+    least=4,
+    planar=True,
+    methods=ORDERS,
+    adaptive=ADAPTIVE,
+    # three Gauss points an element: 2 p = 6
+    order=lambda policy: 6.0,
+    size=lambda policy: 1.0 / policy["elements"],
+    at_rest=lambda elements: 3 * elements + 1,
+    # positions and forces are unknowns too
+    in_motion=lambda elements: 15 * elements - 3,
+)

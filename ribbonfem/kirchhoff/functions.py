@@ -1,0 +1,308 @@
+"""The ribbon at rest: an inextensible, unshearable Kirchhoff rod in three dimensions (paper, section 3.1).
+
+Frames are unit quaternions in continuous fifth-degree elements, interpolated and normalised; the
+force in the rod, constant along it, is the multiplier of the position of its right end.  With p
+Gauss points an element the fold angles converge with the power 2 p = 10 of the mesh, and lie
+within 1e-9 rad at the default one.  `extensible=True` adds the stretching stiffness EA; the
+curvatures are then per unit of undeformed length.
+
+Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ribbonfem.continuation import Event, Point, Steps, at_parameter, first_point, trace
+from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
+from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.options import verb
+from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
+from ribbonfem.scene import Ribbon, Scene, SceneError
+
+from . import out_of_plane as plane
+from . import shear, states
+from .motion import vibrations
+from .problem import Frames, Statics, checked_mesh, directors
+from .shear import Pitchforks, ShearCurve
+
+__all__ = [
+    "Pitchforks",
+    "RestState",
+    "ShearCurve",
+    "equilibria",
+    "folds",
+    "frequencies",
+    "normal_forms",
+    "pitchforks",
+    "saddle",
+    "shear_curves",
+    "skipping_bound",
+    "stable_states",
+    "state",
+]
+
+ELEMENTS = 32
+
+
+def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Scene) -> RestState:
+    height, slope, _ = problem.observe(frames, angle)
+    return RestState(
+        name=states.name_of(problem, frames, angle),
+        angle=float(angle),
+        height=height,
+        slope=slope,
+        force=frames.force,
+        energy=problem.energy(frames),
+        index=index,
+        s=problem.tables.nodes,
+        positions=problem.positions(frames, angle),
+        directors=directors(frames.g),
+        scene=scene,
+        **problem.profiles(frames),
+    )
+
+
+@verb
+def folds(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
+) -> tuple[Fold, ...]:
+    """The folds that a very slow ramp meets: two from U+S+, one from U+S- and from the planar U+.
+
+    From U+S+ it is one where the ribbon cannot stop in U+S- on its way, alpha_c1 > alpha_c2 (near
+    the end of US), and where the curve of U+S+ is not that of U+S- (at (0.50, 0.45), say).
+
+    Parameters
+    ----------
+    scene: of any shear.
+    elements: an even number of at least 4; errors fall as elements^-10.
+    extensible: whether the ribbon stretches, with EA of the scene's ribbon.
+    steps: continuation step control.
+
+    Raises
+    ------
+    SceneError
+        If the start state is not a stable equilibrium; the message names those that are.
+    PolicyError, SolverError
+        For a mesh that cannot be, a continuation that fails.
+
+    Examples
+    --------
+    >>> path_2 = Scene(compression=0.40, shear=0.40, start="U+S+")
+    >>> [round(fold.angle, 8) for fold in folds(path_2)]
+    [0.160733, 0.44588463]
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
+
+
+@verb
+def normal_forms(
+    scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
+) -> tuple[NormalForm, ...]:
+    """The normal forms of the folds of `folds`: what `delay.predict` needs.
+
+    The default mesh is that of `simulate`; parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return ramp_normal_forms(problem, start, scene, steps)
+
+
+@verb
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible: bool = False) -> Array:
+    """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
+
+    Parameters and errors as in `folds`.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    return vibrations(problem, start, scene, count)
+
+
+@verb
+def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> float:
+    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+
+    That of the first branch point across the plane, along the curve from alpha = 0 in the direction
+    of the scene's rate, to its `stop` or to the fold.  Parameters and errors as in `folds`.
+
+    Returns
+    -------
+    NaN where it does not lose it.
+    """
+    scene.require_planar("leaves_plane")
+    return plane.leaves_plane(scene, **checked_mesh(elements, extensible))
+
+
+@verb
+def equilibria(
+    scene: Scene,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    span: tuple[float, float] = (-1.5, 1.5),
+    unstable: int = 2,
+    steps: Steps | None = None,
+) -> Branch:
+    """The connected curve of equilibria through the start state, for alpha in `span`.
+
+    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
+    first state of more than `unstable` unstable directions.
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
+    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
+    return curve.as_branch(scene, policy, "kirchhoff", problem.arclength)
+
+
+@verb
+def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
+    """The scene's start state at alpha = 0: stable, whatever the compression and shear.
+
+    Found from the planar elastica, in closed form, by shearing it and by changing over at its
+    pitchforks (paper, appendices A and B).  Parameters and errors as in `folds`.
+    """
+    problem, frames = states.named(scene, **checked_mesh(elements, extensible))
+    return _rest(problem, frames, 0.0, 0, scene)
+
+
+@verb
+def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> tuple[str, ...]:
+    """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
+
+    Of those that U is connected to: a ribbon has other states, wound by whole turns.
+    Parameters and errors as in `folds`.
+    """
+    return states.stable(scene, **checked_mesh(elements, extensible))
+
+
+@verb
+def pitchforks(
+    compression: float,
+    *,
+    ribbon: Ribbon | None = None,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+) -> Pitchforks:
+    """The shears at which the states of a ribbon fork at alpha = 0 (paper, appendix B).
+
+    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways; these are then on the mirror
+    image of its curve, which turns back to the other side.
+
+    Parameters
+    ----------
+    compression: dL/L, in (0, 1).
+    ribbon: stiffness ratios; the default `Ribbon` if None.
+    elements, extensible: as in `folds`.
+
+    Raises
+    ------
+    SceneError, PolicyError, SolverError
+        As in `folds`.
+    """
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
+    return shear.pitchforks(scene, **checked_mesh(elements, extensible))
+
+
+@verb
+def shear_curves(
+    compression: float,
+    *,
+    ribbon: Ribbon | None = None,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+) -> tuple[ShearCurve, ...]:
+    """The states U, US and S at alpha = 0 against the shear, as far as 0.98 of the feasible one.
+
+    z(1/2) against dW/L of the paper's appendix B.  Parameters and errors as in `pitchforks`.
+    """
+    scene = Scene(
+        compression=compression, shear=0.0, start="U+", ribbon=Ribbon() if ribbon is None else ribbon
+    )
+    return shear.shear_curves(scene, **checked_mesh(elements, extensible))
+
+
+def _landing(
+    problem: Statics, state: Frames, angle: float, folds: int, steps: Steps | None
+) -> tuple[list[Event[Frames]], Point[Frames] | None]:
+    """Follow the curve through a state, as alpha grows, past `folds` folds to the next point at `angle`.
+
+    Returns
+    -------
+    The folds passed, and the point; None if the curve ends before.
+    """
+    first = first_point(problem, state, 0.0, 1.0)
+    passed: list[Event[Frames]] = []
+    for segment in trace(problem, first, (-2.0 * np.pi, 2.0 * np.pi), steps):
+        turned = [event for event in segment.events if event.kind == "fold"]
+        passed += turned
+        if len(passed) < folds:
+            continue
+        # where the fold lies inside this segment, `angle` may also be met before it
+        near = turned[-1].point if turned else segment.start
+        if (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
+            return passed, at_parameter(problem, segment, angle, steps, near.step if turned else 0.0)
+    return passed, None
+
+
+@verb
+def saddle(
+    scene: Scene,
+    angle: float,
+    *,
+    elements: int = ELEMENTS,
+    extensible: bool = False,
+    steps: Steps | None = None,
+) -> RestState:
+    """The saddle between U+S- and U- at an angle: the lowest pass from the one to the other.
+
+    It lies on the sheet that U+S- meets at its fold, and has one unstable direction.
+
+    Parameters
+    ----------
+    scene: a sheared one; its `start` does not count.
+    angle: alpha in rad, below that of the fold.
+    elements, extensible, steps: as in `folds`.
+
+    Raises
+    ------
+    SceneError, PolicyError
+        As in `folds`.
+    SolverError
+        If there is no such saddle at the angle.
+    """
+    if scene.planar:
+        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
+    scene = replace(scene, start="U+S-")
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    passed, point = _landing(problem, start, angle, 1, steps or steps_for(scene))
+    if point is None or point.index != 1 or angle > passed[0].point.parameter:
+        fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
+        raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+    return _rest(problem, point.state, angle, 1, scene)
+
+
+@verb
+def skipping_bound(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
+) -> float:
+    """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
+
+    Where it is negative a ribbon that leaves the fold at rest cannot pass the saddle, so that
+    U+S- is not skipped for its energy alone ("type 1" in the paper's section 7).
+
+    Parameters and errors as in `saddle`.
+    """
+    mesh = checked_mesh(elements, extensible)
+    upward = replace(scene, start="U+S+", rate=1.0, stop=None)
+    problem, start = states.named(upward, **mesh)
+    found = ramp_folds(problem, start, upward, steps)
+    if not found:
+        raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
+    first = found[0].point
+    pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
+    return problem.energy(first.state) - pass_.energy

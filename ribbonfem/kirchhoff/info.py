@@ -1,0 +1,21 @@
+"""What the Kirchhoff rod declares of itself."""
+
+from __future__ import annotations
+
+from ribbonfem.model_info import Declared
+from ribbonfem.stepping.methods import ALL_METHODS, method_of
+
+DECLARED = Declared(
+    name="kirchhoff",
+    mesh="elements",
+    least=4,
+    planar=False,
+    methods={name: method_of(name).order for name in ALL_METHODS},
+    adaptive=ALL_METHODS,
+    # five Gauss points an element: 2 p = 10
+    order=lambda policy: 10.0,
+    size=lambda policy: 1.0 / policy["elements"],
+    at_rest=lambda elements: 15 * elements,
+    # positions, rotations and forces, of the five nodes and points of an element
+    in_motion=lambda elements: 45 * elements - 6,
+)

@@ -1,0 +1,54 @@
+"""What a model declares of itself, so that nobody has to know it: mesh, orders, methods, unknowns."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from .frozen import Frozen
+
+
+@dataclass(frozen=True)
+class Declared:
+    """The facts of a model.
+
+    Attributes
+    ----------
+    name: of the model.
+    mesh: its mesh keyword, "elements" or "nodes"; `least` the fewest.
+    planar: whether it takes planar scenes alone.
+    methods: order in the step of each method of `simulate`.
+    adaptive: those of them that have adaptive steps.
+    order: of folds and snaps in the mesh, of a policy.
+    size: what goes to zero as the mesh is refined (L), of a policy.
+    at_rest, in_motion: unknowns, of the mesh's number.
+    """
+
+    name: str
+    mesh: str
+    least: int
+    planar: bool
+    methods: Mapping[str, int]
+    adaptive: tuple[str, ...]
+    order: Callable[[Mapping[str, Any]], float]
+    size: Callable[[Mapping[str, Any]], float]
+    at_rest: Callable[[int], int]
+    in_motion: Callable[[int], int]
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.mesh))
+
+
+def defaults(model: ModuleType, verb: str) -> Frozen[str, Any]:
+    """The policy keywords of a model's verb with their defaults: immutable, hashable, visible.
+
+    Raises
+    ------
+    AttributeError
+        If the model has no such verb; names those that it has.
+    """
+    parameters = inspect.signature(getattr(model, verb)).parameters.values()
+    return Frozen({p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY})
