@@ -1,4 +1,4 @@
-"""Models side by side: the chooser, diagrams, convergence, questions and their report, the command line.
+"""Models side by side: the chooser, diagrams, convergence, commands and their report.
 
 compare.choose(scene, tolerance, quantity).run()   one number, by the cheapest model that will do
 compare.convergence(model, scene, quantity, over=) orders and limits under refinement
@@ -7,14 +7,11 @@ compare.skipping_diagram, compare.selection_diagram, compare.threshold
 compare.save(result, path), compare.load(path)     any result in a file
 compare.read_scene(path)                           a scene from a TOML file
 compare.warm()                                     compiles everything, in a process a core
-result.plot(), .to_pandas(), .to_xarray()          what importing this adds to the results of the models
-python -m compare, or ribbonfem                    the questions as commands
+python -m compare, or ribbonfem                    the command line
 """
 
 from collections.abc import Callable
 from typing import Any
-
-from ribbonfem.output.methods import install
 
 # what scripts call, and the module of each: all of it imported only when it is asked for
 _CALLS = {
@@ -40,8 +37,6 @@ __all__ = [
     "threshold",
     "warm",
 ]
-
-install()
 
 
 def _public() -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

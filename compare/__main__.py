@@ -1,6 +1,6 @@
 """The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
 
-A command is a question (`compare.commands`): the keyword parameters of its `main` are its options, its
+A command (`compare.report.registry`): the keyword parameters of its `main` are its options, its
 docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a
 command is known, so that ``--help`` answers at once.
 
@@ -23,7 +23,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from compare.report.registry import ORDER, Question, named, publish, summary
+from compare.report.registry import ORDER, Command, named, publish, summary
 from compare.report.terminal import complain, printing, show, terminal
 
 OUT = Path("ribbonfem-report")
@@ -64,7 +64,7 @@ def _span(text: str) -> tuple[float, float]:
 
 
 def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any) -> None:
-    """One keyword parameter of a question as an option."""
+    """One keyword parameter of a command as an option."""
     option = "--" + name.replace("_", "-")
     kinds = [kind for kind in get_args(hint) if kind is not type(None)]
     if default is None and len(kinds) == 1 and get_origin(hint) is not Literal:
@@ -96,7 +96,7 @@ def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any)
 
 
 def _add_options(parser: argparse.ArgumentParser, main: Any) -> list[str]:
-    """Turn the parameters of a question into options; return their names."""
+    """Turn the parameters of a command into options; return their names."""
     hints = get_type_hints(main)
     names = []
     for parameter in inspect.signature(main).parameters.values():
@@ -163,14 +163,14 @@ def _told(left_out: dict[str, str], prog: str) -> None:
         complain(f"{prog}: left out of the report: {file}: {reason}")
 
 
-def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> int:
+def _ask(command: Command, options: dict[str, Any], names: Sequence[str]) -> int:
     """Compute, write, show."""
     from compare.archive import finite
     from compare.report.folder import PAGE, require_room
     from compare.report.terminal import Rows
     from compare.sweep import Progress, Sweep
 
-    out, prog = options["out"], f"ribbonfem {question.name}"
+    out, prog = options["out"], f"ribbonfem {command.name}"
     require_room(out)
     with ExitStack() as stack:
         rows = Rows()
@@ -186,16 +186,16 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
             executor = stack.enter_context(executor_at(options["dask"]))
         sweep = stack.enter_context(
             Sweep(
-                folder=out / FINISHED / question.name,
-                others=[out / FINISHED / other for other in question.takes_over],
+                folder=out / FINISHED / command.name,
+                others=[out / FINISHED / other for other in command.takes_over],
                 processes=options["processes"],
                 executor=executor,
                 progress=progress,
             )
         )
-        found = question.main(sweep=sweep, **{name: options[name] for name in names})
-        section, left_out = publish(question, found, out, progress)
-        if not question.keep and sweep.store is not None:
+        found = command.main(sweep=sweep, **{name: options[name] for name in names})
+        section, left_out = publish(command, found, out, progress)
+        if not command.keep and sweep.store is not None:
             sweep.store.clear()
     _told(left_out, prog)
     with printing():
@@ -205,13 +205,14 @@ def _ask(question: Question, options: dict[str, Any], names: Sequence[str]) -> i
             raise rows.failed
         else:
             show(section, out / PAGE, rows.titles)
-    return question.status(found)
+    return command.status(found)
 
 
 def _report(arguments: Sequence[str]) -> int:
     """Make the report's page anew, and with --redraw its pictures and tables too; no model is called."""
-    from compare.archive import load, write_whole
+    from compare.archive import load
     from compare.report.folder import PAGE, add_pictures, require_room, write_page, write_section
+    from ribbonfem.output.files import write_whole
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
     parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
@@ -226,12 +227,12 @@ def _report(arguments: Sequence[str]) -> int:
         kept = out / f"{name}.found"
         if kept.exists():
             try:
-                found, question = load(kept), named(name)
-                for file, content in question.files(found).items():
+                found, command = load(kept), named(name)
+                for file, content in command.files(found).items():
                     write_whole(out / file, content)
-                section, _ = write_section(question.section(found), out, ORDER, question.drawings(found))
+                section, _ = write_section(command.section(found), out, ORDER, command.drawings(found))
                 # films are not drawn again: those that lie there are shown
-                films = [picture for picture in question.films(found) if (out / picture.file).exists()]
+                films = [picture for picture in command.films(found) if (out / picture.file).exists()]
                 if films:
                     add_pictures(section, out, ORDER, films)
             except Exception as error:
@@ -251,7 +252,7 @@ def _report(arguments: Sequence[str]) -> int:
 
 def _scenes(arguments: Sequence[str]) -> int:
     """List the scene files that are shipped, or write them: those that are named, or with --out all."""
-    from ribbonfem.output.scenes import titles, write
+    from compare.examples.shipped import titles, write
 
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {SCENES}", description=_scenes.__doc__, epilog=f"{STATUS}. No file is written over."
@@ -322,19 +323,19 @@ def _warm(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _question(command: str, arguments: Sequence[str]) -> int:
-    question = named(command)
+def _command(name: str, arguments: Sequence[str]) -> int:
+    command = named(name)
     parser = argparse.ArgumentParser(
-        prog=f"ribbonfem {command}",
-        description=f"{inspect.getdoc(question.main)}\n\ntakes {question.takes}",
-        epilog=RUN_STATUS if command == "run" else STATUS,
+        prog=f"ribbonfem {name}",
+        description=f"{inspect.getdoc(command.main)}\n\ntakes {command.takes}",
+        epilog=RUN_STATUS if name == "run" else STATUS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    names = _add_options(parser, question.main)
+    names = _add_options(parser, command.main)
     parser.add_argument("--processes", type=_whole, help="worker processes (default one a processor)")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on a Dask cluster instead ([cluster] extra)")
     _common(parser)
-    return _ask(question, vars(parser.parse_args(arguments)), names)
+    return _ask(command, vars(parser.parse_args(arguments)), names)
 
 
 def _run(command: str, arguments: Sequence[str]) -> int:
@@ -345,7 +346,7 @@ def _run(command: str, arguments: Sequence[str]) -> int:
     prog = f"ribbonfem {command}"
     try:
         own = {REPORT: _report, SCENES: _scenes, WARM: _warm}
-        return own[command](arguments) if command in own else _question(command, arguments)
+        return own[command](arguments) if command in own else _command(command, arguments)
     except KeyboardInterrupt:
         complain(f"{prog}: interrupted; what is finished is kept, the same command goes on")
         return 130

@@ -8,103 +8,41 @@ come out of it.  The bytes depend on the result alone, so that equal results mak
 from __future__ import annotations
 
 import dataclasses
-import errno
 import io
 import json
 import math
-import os
-import secrets
-import shutil
-import stat
-import tempfile
-import time
 import zipfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ribbonfem.output.files import write_whole
+
 ROOMS = ("ribbonfem", "der", "compare")
 TREE = "result.json"
 # the mark of everything in the tree that JSON has no word for
 _MARK = "!"
+# where records stood in files of the version before, by the beginning of the module's name
+_MOVED = (
+    ("compare.measures.quantities", "compare.quantities.measure"),
+    ("compare.measures", "compare.quantities"),
+    ("compare.diagrams.record", "compare.diagrams.result"),
+    ("compare.diagrams.edges", "compare.diagrams.boundaries"),
+    ("compare.diagrams.runs", "compare.diagrams.setup"),
+    ("compare.chooser.plans", "compare.chooser.strategies"),
+    ("compare.chooser.climb", "compare.chooser.refinement"),
+    ("compare.face.curve", "ribbonfem.output.curve"),
+    ("ribbonfem.values", "ribbonfem.frozen"),
+)
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-# s; for so long a file is written again whose folder is taken away meanwhile
-_PATIENCE = 5.0
 
 
 class ArchiveError(ValueError):
     """A file that holds no result of this package, or a value that cannot be kept in one."""
-
-
-def _aside(target: Path, suffix: str) -> Path:
-    """A new empty file beside a target, of a name that no other process has, and of its mode."""
-    while True:
-        aside = target.with_name(f".{secrets.token_hex(8)}{suffix}")
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            # (as `open` would make it: what the process's mask allows)
-            os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        except FileExistsError:
-            if target.parent.exists() and not target.parent.is_dir():
-                raise
-            # a name that is taken, or a folder that another process has taken away
-            continue
-        with suppress(FileNotFoundError):
-            was = target.stat()
-            os.chmod(aside, stat.S_IMODE(was.st_mode))
-            with suppress(OSError):
-                os.chown(aside, was.st_uid, was.st_gid)
-        return aside
-
-
-@contextmanager
-def whole(path: Path, suffix: str = "") -> Iterator[Path]:
-    """A file aside to write to, which takes the place of `path` at the end: whole, or not at all.
-
-    What a link leads to is written, and stays a link; a file keeps its mode; a device or a pipe is written
-    to, and stays what it is.
-
-    Raises
-    ------
-    OSError
-        If the disk is full or the folder cannot be written; the file is then as it was.
-    """
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    special = target.exists() and not target.is_file()
-    aside = _aside(Path(tempfile.gettempdir()) / "x" if special else target, suffix)
-    try:
-        yield aside
-        if special:
-            with aside.open("rb") as source, target.open("wb") as sink:
-                shutil.copyfileobj(source, sink)
-        else:
-            os.replace(aside, target)
-    finally:
-        aside.unlink(missing_ok=True)
-
-
-def write_whole(path: Path, content: bytes | str) -> None:
-    """Write a file whole or not at all, in UTF-8 whatever the locale; errors as of `whole`."""
-    # (names of files may hold bytes that are no letters)
-    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-    until = time.monotonic() + _PATIENCE
-    while True:
-        try:
-            with whole(path) as aside:
-                aside.write_bytes(data)
-            return
-        except FileNotFoundError:
-            # another process may clear a folder that this one writes to
-            if time.monotonic() > until:
-                raise
-            time.sleep(1e-3)
 
 
 def finite(value: Any) -> Any:
@@ -165,6 +103,7 @@ def encode(value: Any, arrays: list[np.ndarray] | None = None) -> Any:
 
 def _record(name: str, given: dict[str, Any]) -> Any:
     module, _, qualname = name.partition(":")
+    module = next((new + module[len(old) :] for old, new in _MOVED if module.startswith(old)), module)
     if module.split(".")[0] not in ROOMS or not qualname.isidentifier():
         raise ArchiveError(f"{name!r} is no record of this package")
     try:

@@ -9,7 +9,7 @@ from typing import Any
 
 import der
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.model_info import Declared
+from ribbonfem.model_info import ModelInfo
 
 MODELS: dict[str, ModuleType] = {
     "quasilinear": quasilinear,
@@ -18,8 +18,8 @@ MODELS: dict[str, ModuleType] = {
     "der": der,
 }
 # what each says of itself, and the keyword of its mesh
-DECLARED: dict[str, Declared] = {name: model.DECLARED for name, model in MODELS.items()}
-MESH = {name: declared.mesh for name, declared in DECLARED.items()}
+MODEL_INFO: dict[str, ModelInfo] = {name: model.MODEL_INFO for name, model in MODELS.items()}
+MESH = {name: declared.mesh for name, declared in MODEL_INFO.items()}
 
 _warm: set[tuple[str, bool]] = set()
 

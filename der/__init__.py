@@ -22,12 +22,12 @@ from ribbonfem.names import public
 from . import modes
 from .escape import escape
 from .functions import equilibria, folds, frequencies, leaves_plane, normal_forms
-from .info import DECLARED
+from .info import MODEL_INFO
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
 
 __all__ = [
-    "DECLARED",
+    "MODEL_INFO",
     "equilibria",
     "escape",
     "folds",

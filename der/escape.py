@@ -8,7 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
-from ribbonfem.options import choice, local_error, verb
+from ribbonfem.options import checked, choice, local_error
 from ribbonfem.results import History, SolverError
 from ribbonfem.scene import Scene
 
@@ -19,7 +19,7 @@ from .rod import Rod
 from .states import start_state
 
 
-@verb
+@checked
 def escape(
     scene: Scene,
     *,
@@ -47,7 +47,7 @@ def escape(
 
     Raises
     ------
-    PolicyError, SolverError
+    OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     choice("until", until, ("end", "snap"))

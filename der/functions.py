@@ -1,4 +1,4 @@
-"""The static verbs of the discrete elastic rod."""
+"""The static functions of the discrete elastic rod."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, normal_form
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold
 from ribbonfem.scene import Scene
 
@@ -16,7 +16,7 @@ from .rod import Rod
 from .states import met_folds, start_state
 
 
-@verb
+@checked
 def folds(
     scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -33,7 +33,7 @@ def folds(
     ------
     SceneError
         If the start is not a stable equilibrium.
-    PolicyError, SolverError
+    OptionError, SolverError
         For a policy value that cannot be; for a continuation that fails.
     """
     problem = Statics(Rod(scene, nodes, clamp))
@@ -42,7 +42,7 @@ def folds(
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
-@verb
+@checked
 def normal_forms(
     scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
@@ -54,7 +54,7 @@ def normal_forms(
     return tuple(normal_form(problem, fold) for fold in met_folds(scene, nodes, clamp, steps))
 
 
-@verb
+@checked
 def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = "centred") -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -64,7 +64,7 @@ def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = 
     return natural_frequencies(Statics(rod), start_state(rod), 0.0, count)
 
 
-@verb
+@checked
 def equilibria(
     scene: Scene,
     *,
@@ -86,7 +86,7 @@ def equilibria(
     return curve.as_branch(scene, policy, "der", problem.arclength)
 
 
-@verb
+@checked
 def leaves_plane(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
     """The angle (rad) at which the planar state at rest loses its stability out of its plane.
 

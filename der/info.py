@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ribbonfem.model_info import Declared
+from ribbonfem.model_info import ModelInfo
 
 from .motion import ADAPTIVE, ORDERS
 
@@ -14,7 +14,7 @@ def _centred(policy: Mapping[str, Any]) -> bool:
     return bool(policy.get("clamp", "centred") == "centred")
 
 
-DECLARED = Declared(
+MODEL_INFO = ModelInfo(
     name="der",
     mesh="nodes",
     least=7,

@@ -23,8 +23,8 @@ from types import MappingProxyType
 import numpy as np
 
 from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.frozen import handed_over
-from ribbonfem.options import PolicyError, choice, require_duration, verb, within
+from ribbonfem.frozen import freeze
+from ribbonfem.options import OptionError, checked, choice, require_duration, within
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
@@ -71,7 +71,7 @@ LARGEST_TURN = 0.5
 _warm: set[int] = set()
 
 
-@verb
+@checked
 def simulate(
     scene: Scene,
     *,
@@ -119,7 +119,7 @@ def simulate(
     ------
     SceneError
         For a scene without `stop`, or whose start is not a stable equilibrium.
-    PolicyError
+    OptionError
         For a policy value that cannot be.
     SolverError
         If no step down to 1e-9 of the inertial time converges, or if the energy grows from
@@ -129,9 +129,9 @@ def simulate(
     name = "" if isinstance(method, Tableau) else choice("method", method, tuple(METHODS))
     choice("until", until, ("end", "decided", "snap"))
     if step is not None and tolerance is not None:
-        raise PolicyError(f"tolerance = {tolerance!r}: a run has a fixed step or a tolerance, not both")
+        raise OptionError(f"tolerance = {tolerance!r}: a run has a fixed step or a tolerance, not both")
     if step is None and name and name not in ADAPTIVE:
-        raise PolicyError(f"step = None: {method} needs a fixed step (s); adaptive are {', '.join(ADAPTIVE)}")
+        raise OptionError(f"step = None: {method} needs a fixed step (s); adaptive are {', '.join(ADAPTIVE)}")
     within("spectral_radius", spectral_radius, 0.0, 1.0)
     fixed, local = step, TOLERANCE if tolerance is None else tolerance
     if newton_tolerance is None:
@@ -327,7 +327,7 @@ class Loop:
         # (velocities that ring are none)
         per_second = np.nan if self.policy.method in RINGING else 1.0 / second
         taken, steps = self.rows.taken({kernels.ROW_TIME: second, kernels.ROW_VELOCITY: per_second}, began)
-        rows, *configurations = map(handed_over, taken)
+        rows, *configurations = map(freeze, taken)
         clock = self.clock
         time, angle, height, slope, *energies, load, velocity, _ = rows.T
         return History(
@@ -351,5 +351,5 @@ class Loop:
             scene=scene,
             policy=policy,
             model="der",
-            steps=handed_over(steps),
+            steps=freeze(steps),
         )

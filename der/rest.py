@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.continuation import Point, at_parameter, first_point, trace
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import Array, RestState, SolverError
 from ribbonfem.scene import Scene, SceneError
 
@@ -70,7 +70,7 @@ def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Sc
     )
 
 
-@verb
+@checked
 def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestState:
     """The scene's start state at alpha = 0: stable.
 
@@ -88,14 +88,14 @@ def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestStat
     ------
     SceneError
         If the start is not a stable equilibrium; the message names those that are.
-    PolicyError, SolverError
+    OptionError, SolverError
         For a policy value that cannot be, a pre-deformation that fails.
     """
     rod = Rod(scene, nodes, clamp)
     return _rest(Statics(rod), states.start_state(rod), 0.0, 0, scene)
 
 
-@verb
+@checked
 def stable_states(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> tuple[str, ...]:
     """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
 
@@ -128,7 +128,7 @@ def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, 
     raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
 
 
-@verb
+@checked
 def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centred") -> RestState:
     """The saddle between U+S- and U- at an angle: the lowest pass from the one to the other.
 
@@ -142,7 +142,7 @@ def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centre
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         As in `state`.
     SolverError
         If there is no such saddle at the angle.
@@ -153,7 +153,7 @@ def saddle(scene: Scene, angle: float, *, nodes: int = 151, clamp: str = "centre
     return _rest(problem, point.state, angle, 1, scene)
 
 
-@verb
+@checked
 def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
     """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
 

@@ -1,13 +1,13 @@
 """Snapping ribbons and beams: finite-element models and the statement of the problem.
 
-Each model is a module with the verbs `folds`, `equilibria` and (the dynamic ones) `simulate`:
+Each model is a module with the functions `folds`, `equilibria` and (the dynamic ones) `simulate`:
 `quasilinear`, `elastica`, `kirchhoff`; the discrete elastic rod is the package `der`.
 """
 
 from __future__ import annotations
 
 from .names import public
-from .options import PolicyError
+from .options import OptionError
 from .results import Branch, Fold, History, SolverError
 from .scene import Ribbon, Scene, SceneError, SceneWarning
 
@@ -17,7 +17,7 @@ __all__ = [
     "Branch",
     "Fold",
     "History",
-    "PolicyError",
+    "OptionError",
     "Ribbon",
     "Scene",
     "SceneError",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from importlib import import_module
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
@@ -41,7 +42,7 @@ def _unwritten(array: Any) -> Any:
     return array
 
 
-def handed_over(array: Any) -> Any:
+def freeze(array: Any) -> Any:
     """An array whose maker keeps no hold of it: read-only in place, so that no result need copy it."""
     owner = array
     while isinstance(owner, np.ndarray):
@@ -63,7 +64,7 @@ def _frozen(value: Any) -> Any:
 
 def _handed(value: Any) -> Any:
     if isinstance(value, np.ndarray):
-        return handed_over(value)
+        return freeze(value)
     if isinstance(value, Mapping):
         return {name: _handed(item) for name, item in value.items()}
     return value
@@ -125,6 +126,12 @@ class Value:
 
     def __hash__(self) -> int:
         return hash((self.__class__.__name__, _key(self._content())))
+
+
+def called_later(place: str, *args: Any, **kwargs: Any) -> Any:
+    """Call a function, ``module:name``, that is imported only now: what draws a result knows the result."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)(*args, **kwargs)
 
 
 def html_table(caption: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:

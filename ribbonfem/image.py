@@ -7,8 +7,8 @@ alpha becomes one whose right clamp is, with the sign of S exchanged:
     m1(s) = D m1_left(1 - s),  t(s) = -D t_left(1 - s).
 
 Heights, loads, energies and angles are the same, the slope at midspan changes its sign.  Models solve the
-left one alone; `policy.verb` hands them the image of a scene and maps back what they return.  The map is its
-own inverse.
+left one alone; `options.checked` hands them the image of a scene and maps back what they return.  The map is
+its own inverse.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from .frozen import handed_over
+from .frozen import freeze
 from .results import Array, Branch, Fold, History, RestState
 from .scene import Scene, swapped
 
@@ -60,7 +60,7 @@ def _turned_over(rows: Array, shift: Array) -> Array:
         array.flags.writeable = True
     rows *= _HALF_TURN
     rows += shift
-    return handed_over(rows[:, ::-1])
+    return freeze(rows[:, ::-1])
 
 
 def _motion(history: History, scene: Scene, fresh: bool) -> History:
@@ -73,10 +73,10 @@ def _motion(history: History, scene: Scene, fresh: bool) -> History:
     if "curvature" in kept:
         kept["curvature"] = kept["curvature"][:, ::-1]
     arclength = 1.0 - history.arclength[::-1]
-    slope = handed_over(-history.slope)
+    slope = freeze(-history.slope)
     steps = history.steps
     if steps is not None:
-        steps = handed_over(np.asarray(steps) * np.array([1.0, 1.0, 1.0, -1.0, 1.0])[:, None])
+        steps = freeze(np.asarray(steps) * np.array([1.0, 1.0, 1.0, -1.0, 1.0])[:, None])
     return replace(history, slope=slope, configurations=kept, arclength=arclength, scene=scene, steps=steps)
 
 
@@ -85,7 +85,7 @@ def imaged(result: Any, scene: Scene, *, fresh: bool = False) -> Any:
 
     Parameters
     ----------
-    result: of any verb; numbers, and what has no scene, are the same for both.
+    result: of any function; numbers, and what has no scene, are the same for both.
     scene: the one that was asked for.
     fresh: nobody else holds `result`, whose memory may then become that of its image.
     """

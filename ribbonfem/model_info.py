@@ -12,7 +12,7 @@ from .frozen import Frozen
 
 
 @dataclass(frozen=True)
-class Declared:
+class ModelInfo:
     """The facts of a model.
 
     Attributes
@@ -42,13 +42,13 @@ class Declared:
         return hash((self.name, self.mesh))
 
 
-def defaults(model: ModuleType, verb: str) -> Frozen[str, Any]:
-    """The policy keywords of a model's verb with their defaults: immutable, hashable, visible.
+def defaults(model: ModuleType, function: str) -> Frozen[str, Any]:
+    """The policy keywords of a model's function with their defaults: immutable, hashable, visible.
 
     Raises
     ------
     AttributeError
-        If the model has no such verb; names those that it has.
+        If the model has no such function; names those that it has.
     """
-    parameters = inspect.signature(getattr(model, verb)).parameters.values()
+    parameters = inspect.signature(getattr(model, function)).parameters.values()
     return Frozen({p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY})

@@ -1,6 +1,6 @@
-"""Checks of what a verb is given, with messages that name the value and what is allowed.
+"""Checks of what a function is given, with messages that name the value and what is allowed.
 
-`verb` makes a function a verb of a model: every keyword that the models share is checked in one
+`checked` decorates a function of a model: every keyword that the models share is checked in one
 place, before anything is computed, and a keyword that there is not is answered with those that
 there are.
 """
@@ -33,17 +33,17 @@ _WIDEST = 20.0
 _STATE = re.compile(r"(U[+-])?S[+-]")
 
 
-class PolicyError(ValueError):
+class OptionError(ValueError):
     """A policy value that cannot be: names it, its value and what is allowed."""
 
 
-class KeywordError(PolicyError, TypeError):
-    """A call that a verb does not take: an unknown keyword, or one too few; names those that there are."""
+class KeywordError(OptionError, TypeError):
+    """A call that a function does not take: an unknown keyword, or one too few; names those there are."""
 
 
 def refuse(name: str, value: object, allowed: str) -> NoReturn:
-    """Raise a `PolicyError` in the form that all of them have."""
-    raise PolicyError(f"{name} = {shown(value)}: {allowed}")
+    """Raise a `OptionError` in the form that all of them have."""
+    raise OptionError(f"{name} = {shown(value)}: {allowed}")
 
 
 def number(name: str, value: object) -> float:
@@ -51,7 +51,7 @@ def number(name: str, value: object) -> float:
     try:
         return as_number(value)
     except ValueError as error:
-        raise PolicyError(f"{name} = {shown(value)}: {error}") from None
+        raise OptionError(f"{name} = {shown(value)}: {error}") from None
 
 
 def whole_number(name: str, value: object, least: int, most: int = 10**9) -> int:
@@ -131,7 +131,7 @@ def a_ribbon(name: str, value: object) -> Ribbon | None:
     return value
 
 
-# keywords that mean one thing in every verb, and their checks
+# keywords that mean one thing in every function, and their checks
 CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "scene": a_scene,
     "ribbon": a_ribbon,
@@ -148,13 +148,13 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
 }
 
 
-def verb(function: Callable[P, T]) -> Callable[P, T]:
-    """Make a function a verb of a model: what it is called with is checked by `CHECKS`."""
+def checked(function: Callable[P, T]) -> Callable[P, T]:
+    """Check what a function of a model is called with, by `CHECKS`."""
     return _checked(function, CHECKS)
 
 
 def call_of_a_scene(function: Callable[P, T]) -> Callable[P, T]:
-    """As `verb`, for what is asked of a scene and not of a model: its own policy is for it to check."""
+    """As `checked`, for what is asked of a scene and not of a model: its own options are for it to check."""
     return _checked(function, {"scene": a_scene})
 
 
@@ -162,10 +162,10 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
     signature = inspect.signature(function)
     taken = tuple(signature.parameters)
     checks = {name: known[name] for name in taken if name in known}
-    what = f"{function.__module__.removesuffix('.verbs').removesuffix('.motion')}.{function.__name__}"
+    what = f"{function.__module__.removesuffix('.functions').removesuffix('.motion')}.{function.__name__}"
 
     @wraps(function)
-    def checked(*args: P.args, **kwargs: P.kwargs) -> T:
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
         for name, value in kwargs.items():
             if name not in taken:
                 raise KeywordError(
@@ -183,7 +183,7 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
             return _of_the_image(function, given, scene)
         return function(*given.args, **given.kwargs)
 
-    return checked
+    return call
 
 
 def _of_the_image(function: Callable[..., Any], given: inspect.BoundArguments, scene: Scene) -> Any:
@@ -208,7 +208,7 @@ def half_of_memory() -> float:
 
 
 def require_memory(name: str, value: object, needed: float, what: str) -> None:
-    """Raise a `PolicyError` if what a policy value asks for needs more than half of the memory."""
+    """Raise a `OptionError` if what a policy value asks for needs more than half of the memory."""
     most = half_of_memory()
     if needed > most:
         refuse(
@@ -230,7 +230,7 @@ def require_duration(scene: Scene, step: float | None, largest_turn: float, row:
 
     Raises
     ------
-    PolicyError, SceneError
+    OptionError, SceneError
         Naming the step or, of adaptive runs, the field of the scene that makes the run so long.
     """
     stop = scene.require_stop()

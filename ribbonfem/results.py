@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .events import kinks_of, root
-from .frozen import Frozen, Value, html_table, short_policy, some_rows
+from .frozen import Frozen, Value, called_later, html_table, short_policy, some_rows
 from .scene import Scene, as_number, shown
 
 __all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "SolverError", "Value"]
@@ -137,6 +137,18 @@ class Branch(Value):
             f"  {short_policy(self.policy)})"
         )
 
+    def plot(self, axes: Any = None, **options: Any) -> Any:
+        """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.branch`."""
+        return called_later("ribbonfem.output.plots:branch", self, axes, **options)
+
+    def to_pandas(self) -> Any:
+        """As a `pandas.DataFrame`: see `ribbonfem.output.tables.branch_frame`."""
+        return called_later("ribbonfem.output.tables:branch_frame", self)
+
+    def to_xarray(self) -> Any:
+        """As an `xarray.Dataset`: see `ribbonfem.output.tables.branch_dataset`."""
+        return called_later("ribbonfem.output.tables:branch_dataset", self)
+
     def _repr_html_(self) -> str:
         columns = ("", "alpha (rad)", "z(1/2)/L", "load (EI2/L^2)")
         rows: list[list[Any]] = [
@@ -235,6 +247,18 @@ class History(Value):
             )
             + f"; {short_policy(self.policy)})"
         )
+
+    def plot(self, axes: Any = None, **options: Any) -> Any:
+        """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.motion`."""
+        return called_later("ribbonfem.output.plots:motion", self, axes, **options)
+
+    def to_pandas(self) -> Any:
+        """As a `pandas.DataFrame`: see `ribbonfem.output.tables.motion_frame`."""
+        return called_later("ribbonfem.output.tables:motion_frame", self)
+
+    def to_xarray(self) -> Any:
+        """As an `xarray.Dataset`: see `ribbonfem.output.tables.motion_dataset`."""
+        return called_later("ribbonfem.output.tables:motion_dataset", self)
 
     def _repr_html_(self) -> str:
         columns = ("time (s)", "alpha (rad)", "z(1/2)/L", "slope")
@@ -335,6 +359,13 @@ class RestState(Value):
     kappa2: Array
     tau: Array
     scene: Scene
+
+    def plot(self, axes: Any = None, **options: Any) -> Any:
+        """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.rest`."""
+        return called_later("ribbonfem.output.plots:rest", self, axes, **options)
+
+    def _repr_html_(self) -> Any:
+        return called_later("ribbonfem.output.plots:rest_table", self)
 
     def __repr__(self) -> str:
         return (

@@ -20,7 +20,7 @@ def some_steps(rows: Array, nodes: int) -> Array:
     return rows[: max(_AT_ONCE // nodes, 8)]
 
 
-class Growing:
+class RowBuffer:
     """Arrays with one row an instant, and the same number of rows in all.
 
     They are reallocated as they grow, which moves pages and copies nothing where the system can,

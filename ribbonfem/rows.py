@@ -8,7 +8,7 @@ import numpy as np
 
 from .options import MOST_STEPS
 from .results import Array
-from .row_buffer import Growing
+from .row_buffer import RowBuffer
 
 # bytes of rows beyond which they are thinned where nobody said which to keep, and the part that is left then
 MOST, LEFT = 160_000_000, 0.6
@@ -63,8 +63,8 @@ class Rows:
     def __init__(self, size: int, columns: Columns, *shapes: tuple[int, ...], every: int | None) -> None:
         self._columns, self._every = columns, every
         self._tracked = list(columns[:5])
-        self._rows = Growing((size,), *shapes, chunk=CHUNK)
-        self._track = None if every in (None, 1) else Growing((5,), chunk=CHUNK // 10)
+        self._rows = RowBuffer((size,), *shapes, chunk=CHUNK)
+        self._track = None if every in (None, 1) else RowBuffer((5,), chunk=CHUNK // 10)
         # bounds of what was thinned out between a row and the one before
         self._off = np.zeros(0)
         self._most = max(MOST // (8 * (size + sum(int(np.prod(shape)) for shape in shapes))), LEAST)
@@ -140,7 +140,7 @@ class Rows:
     def _thin(self) -> None:
         """Leave out every second row where the line through its neighbours is close, until enough are out."""
         if self._track is None:
-            self._track = Growing((5,), chunk=CHUNK // 10)
+            self._track = RowBuffer((5,), chunk=CHUNK // 10)
             self._track.append(self._rows.written()[:, self._tracked])
         off = np.zeros(self._rows.count)
         off[: len(self._off)] = self._off
@@ -186,7 +186,7 @@ class Rows:
         return result
 
     @staticmethod
-    def _thin_track(track: Growing) -> None:
+    def _thin_track(track: RowBuffer) -> None:
         """Leave out every second step of a track that is away from what happens in it."""
         _, angle, height, slope, _ = track.written().T
         happens = np.zeros(len(angle), dtype=bool)

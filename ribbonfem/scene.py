@@ -67,7 +67,7 @@ class Scene:
     rate:
         rad/s, of either sign, not zero.
     stop:
-        rad, with the sign of `rate`; None for the static verbs, which need none.
+        rad, with the sign of `rate`; None for the static functions, which need none.
     hold:
         s, how long the clamp is held at `stop`.
     damping:

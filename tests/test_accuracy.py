@@ -27,12 +27,12 @@ def choice(label, seconds, error, default=False, **policy):
 def beam(tmp_path_factory):
     out = tmp_path_factory.mktemp("accuracy")
     found = accuracy.main(group="static-planar", model="quasilinear", rounds=1, sweep=Sweep(processes=1))
-    return out, publish(accuracy.QUESTION, found, out)[0]
+    return out, publish(accuracy.COMMAND, found, out)[0]
 
 
 def alone(key):
     found = accuracy.main(row=key, rounds=1, sweep=Sweep(processes=1))
-    return accuracy.QUESTION.section(found)
+    return accuracy.COMMAND.section(found)
 
 
 def test_a_small_report(beam):
@@ -84,7 +84,7 @@ def test_a_second_run_is_compared_with_the_first(beam):
         before=out / "accuracy.json",
         sweep=Sweep(processes=1),
     )
-    again = accuracy.QUESTION.section(found)
+    again = accuracy.COMMAND.section(found)
     assert again.values["ranking"]["error_change"] == 0.0
     assert again.values["ranking"]["pairs"] == 15
     assert any("the run before" in line for line in again.text)

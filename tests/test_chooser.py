@@ -17,7 +17,7 @@ from compare.limits import limit_of
 from compare.studies import choices
 from ribbonfem import Ribbon, Scene, SceneError, elastica, kirchhoff
 from ribbonfem.delay import universal
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 PLANAR = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0)
 RATTLE = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.01, damping=0.1)
@@ -142,11 +142,11 @@ def test_folds_without_a_motion():
 @pytest.mark.parametrize(
     ("arguments", "options", "error", "message"),
     [
-        ((PLANAR, -1.0), {}, PolicyError, "tolerance = -1.0"),
-        ((PLANAR, 1e-3, "energy"), {}, PolicyError, "quantity = 'energy'"),
-        ((PLANAR, 1e-3, "first snap"), {}, PolicyError, "quantity = 'first snap'"),
+        ((PLANAR, -1.0), {}, OptionError, "tolerance = -1.0"),
+        ((PLANAR, 1e-3, "energy"), {}, OptionError, "quantity = 'energy'"),
+        ((PLANAR, 1e-3, "first snap"), {}, OptionError, "quantity = 'first snap'"),
         ((PLANAR, 1e-3), {"motion": True}, SceneError, "stop"),
-        ((PLANAR, 1e-3), {"motion": 1}, PolicyError, "motion"),
+        ((PLANAR, 1e-3), {"motion": 1}, OptionError, "motion"),
     ],
 )
 def test_what_cannot_be_asked_for(arguments, options, error, message):
@@ -358,6 +358,6 @@ def test_two_dozen_scenes():
     assert sum(v.verdict == "met" for v in judged) >= 0.95 * len(judged)
     assert not any(v.verdict == "missed" for v in judged)
     assert sum(v.covered for v in judged) >= 0.97 * len(judged)
-    section = choices.QUESTION.section(found)
+    section = choices.COMMAND.section(found)
     assert [row["tolerance"] for row in section.values["summary"][::3]] == [1e-3, 1e-4, 1e-5, 1e-6]
     assert [drawing.file for drawing in choices.drawings(found)] == ["choices-check.png"]

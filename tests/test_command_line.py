@@ -17,7 +17,7 @@ from compare.__main__ import main
 from compare.archive import load, save
 from compare.models import MODELS
 from compare.report import folder as report
-from compare.report.registry import ORDER, Question, named, publish, summary
+from compare.report.registry import ORDER, Command, named, publish, summary
 from compare.report.section import Drawing, Picture, Section, Table
 from compare.sweep import progress
 from ribbonfem.output.scene_file import read_scene
@@ -116,7 +116,7 @@ def test_folders_that_cannot_be_are_told_before_anything_is_computed(tmp_path, s
     def never(*_, **__):
         raise AssertionError("it was computed for")
 
-    monkeypatch.setattr(Question, "section", never)
+    monkeypatch.setattr(Command, "section", never)
     for out in (blocked, blocked / "below", "/proc/report", "/dev/null/x"):
         assert main(["run", str(scene), "--out", str(out), "--quiet"]) == 1
         said = capsys.readouterr().err
@@ -165,12 +165,12 @@ def test_the_exit_status_of_run_says_how_it_went(tmp_path, scene, capsys):
 @pytest.mark.parametrize("name", ORDER)
 def test_every_question_says_what_it_is_and_how_long_it_takes(name, capsys):
     assert len(summary(name)) > 20
-    question = named(name)
-    assert question.name == name
+    command = named(name)
+    assert command.name == name
     with pytest.raises(SystemExit):
         main([name, "--help"])
     told = capsys.readouterr().out
-    assert question.takes.split(",")[0] in " ".join(told.split())
+    assert command.takes.split(",")[0] in " ".join(told.split())
     for option in ("--out", "--json", "--quiet"):
         assert option in told
 
@@ -217,11 +217,11 @@ def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene,
 
 
 def test_what_was_found_is_read_back_whole(tmp_path, scene):
-    question = named("run")
-    found = question.main(scene, motion=True, frames=3, tolerance=1e-2)
-    publish(question, found, tmp_path)
+    command = named("run")
+    found = command.main(scene, motion=True, frames=3, tolerance=1e-2)
+    publish(command, found, tmp_path)
     again = load(tmp_path / "run.found")
-    assert question.values(again) == question.values(found)
+    assert command.values(again) == command.values(found)
     assert again.answer.history == found.answer.history
     assert load(save(found.answer.history, tmp_path / "history")) == found.answer.history
 

@@ -41,7 +41,7 @@ def section(tmp_path_factory):
             phase_step=0.2,
             sweep=Sweep(processes=1),
         )
-        made, _ = publish(folds.QUESTION, found, out)
+        made, _ = publish(folds.COMMAND, found, out)
     return made, out
 
 

@@ -10,7 +10,7 @@ from compare.sweep import Sweep
 
 def test_delay_against_theory(tmp_path):
     found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
-    section, _ = publish(delay.QUESTION, found, tmp_path)
+    section, _ = publish(delay.COMMAND, found, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
     assert len(cells) == 24
     for cell in cells.values():

@@ -56,10 +56,10 @@ def test_nothing_is_left_to_compile():
     planar = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, stop=0.02)
     with ev.install_recorder("numba:compile") as recorder:
         for model in compilation.MODELS.values():
-            for method in model.DECLARED.methods:
-                fixed = {} if method in model.DECLARED.adaptive else {"step": 1e-3}
+            for method in model.MODEL_INFO.methods:
+                fixed = {} if method in model.MODEL_INFO.adaptive else {"step": 1e-3}
                 if method != "verlet":
-                    model.simulate(planar if model.DECLARED.planar else scene, method=method, **fixed)
+                    model.simulate(planar if model.MODEL_INFO.planar else scene, method=method, **fixed)
             model.folds(planar)
             model.equilibria(planar, span=(-0.1, 0.1))
     compiled = {event.data["dispatcher"].py_func.__qualname__ for _, event in recorder.buffer}

@@ -4,7 +4,7 @@ import pytest
 import der
 from der.motion import ADAPTIVE, METHODS, ORDERS
 from ribbonfem import Scene, SceneError, SolverError
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 # Path 1: one fold, met at 0.5 rad/s so that it snaps after 1.5 s
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.8, damping=1.0)
@@ -175,15 +175,15 @@ def test_every_nth_row():
 def test_refusals():
     with pytest.raises(SceneError, match="stop"):
         der.simulate(Scene())
-    with pytest.raises(PolicyError, match="method = 'rk4'"):
+    with pytest.raises(OptionError, match="method = 'rk4'"):
         der.simulate(SNAP, method="rk4")
-    with pytest.raises(PolicyError, match="not both"):
+    with pytest.raises(OptionError, match="not both"):
         der.simulate(SNAP, step=1e-3, tolerance=1e-4)
-    with pytest.raises(PolicyError, match="verlet"):
+    with pytest.raises(OptionError, match="verlet"):
         der.simulate(SNAP, method="verlet")
-    with pytest.raises(PolicyError, match="step = -1"):
+    with pytest.raises(OptionError, match="step = -1"):
         der.simulate(SNAP, step=-1)
-    with pytest.raises(PolicyError, match="spectral_radius"):
+    with pytest.raises(OptionError, match="spectral_radius"):
         der.simulate(SNAP, spectral_radius=1.5)
     assert "verlet" not in ADAPTIVE
 

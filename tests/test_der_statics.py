@@ -6,7 +6,7 @@ from der.problem import Statics
 from der.rod import Rod
 from der.states import mirrored, name, reversed_, stable_states, start_state
 from ribbonfem import Ribbon, Scene, SceneError, elastica
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 PLANAR = Scene(compression=0.40, shear=0.0, start="U+")
 RIBBON = Scene(compression=0.40, shear=0.40)
@@ -144,9 +144,9 @@ def test_branch_of_path_2():
 
 
 def test_refusals():
-    with pytest.raises(PolicyError, match="nodes = 5"):
+    with pytest.raises(OptionError, match="nodes = 5"):
         der.folds(PLANAR, nodes=5)
-    with pytest.raises(PolicyError, match="clamp = 'glued'"):
+    with pytest.raises(OptionError, match="clamp = 'glued'"):
         der.folds(PLANAR, clamp="glued")
     with pytest.raises(TypeError, match="elements"):
         der.folds(PLANAR, elements=5)

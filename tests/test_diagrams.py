@@ -16,7 +16,7 @@ from compare.diagrams.diagram import both
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, SceneError, SolverError
 from ribbonfem.delay import predict
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 RATES, DAMPINGS = (0.05, 1.0, 3), (0.5, 30.0, 3)
 
@@ -213,7 +213,7 @@ def test_threshold_of_type_2_in_the_limit_of_the_mesh():
     ],
 )
 def test_what_cannot_be_is_named(call, named):
-    with pytest.raises((PolicyError, SceneError), match=named):
+    with pytest.raises((OptionError, SceneError), match=named):
         call()
 
 

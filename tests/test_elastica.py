@@ -7,7 +7,7 @@ from skfem import Basis, BilinearForm, ElementLinePp, LinearForm, MeshLine
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
 from ribbonfem.elements.legendre import DEGREE
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 from ribbonfem.results import SolverError
 from ribbonfem.stepping import kernels
 from ribbonfem.stepping.newmark import _scratch
@@ -67,7 +67,7 @@ def test_small_compression_is_the_quasilinear_beam():
 @pytest.mark.parametrize("extensible", [False, True])
 def test_tangent_is_the_derivative_of_the_residual(extensible):
     # a soft section, so that stretch would be seen
-    problem = elastica.verbs.Statics(scene(ribbon=Ribbon(thickness=0.2)), 6, extensible)
+    problem = elastica.functions.Statics(scene(ribbon=Ribbon(thickness=0.2)), 6, extensible)
     state = problem.advance(problem.start(), 0.1 * np.sin(np.arange(19.0)), 0.3)
     step = np.cos(np.arange(19.0))
     line = problem.linearise(state, 0.3)
@@ -109,9 +109,9 @@ def test_branch_passes_the_start_and_keeps_its_length():
 def test_kernel_is_the_readable_form(extensible):
     """The kernel's tangent and residual against scikit-fem's forms, on a state without any symmetry."""
     elements, p = 5, DEGREE
-    problem = elastica.verbs.Statics(scene(ribbon=Ribbon(thickness=0.3)), elements, extensible)
+    problem = elastica.functions.Statics(scene(ribbon=Ribbon(thickness=0.3)), elements, extensible)
     mesh, c = problem.mesh, problem.compliance
-    table = elastica.verbs.tables(problem)
+    table = elastica.functions.tables(problem)
     rng = np.random.default_rng(3)
     q, v, a = (rng.normal(size=2 * mesh.count) for _ in range(3))
     w = rng.normal(size=mesh.count + 2 * p * elements)
@@ -186,10 +186,10 @@ def test_kernel_is_the_readable_form(extensible):
 
 def test_an_equilibrium_stays_one():
     """The folds of the statics are those of the motion: equilibria are so for the kernel, to rounding."""
-    problem = elastica.verbs.Statics(scene(), 8, True)
+    problem = elastica.functions.Statics(scene(), 8, True)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(25), 0.4), 0.4)
-    table = elastica.verbs.tables(problem)
-    q, w = elastica.verbs.at_rest(problem, state)
+    table = elastica.functions.tables(problem)
+    q, w = elastica.functions.at_rest(problem, state)
     rest = np.zeros_like(q)
     before = q.copy(), w.copy()
     used = kernels.newton_elastica(
@@ -276,7 +276,7 @@ def test_refusals():
         ({"method": "generalised-alpha", "spectral_radius": 1.5}, "1.5"),
         ({"until": "later"}, "later"),
     ):
-        with pytest.raises(PolicyError, match=word):
+        with pytest.raises(OptionError, match=word):
             elastica.simulate(case, **policy)
     with pytest.raises(SolverError, match="stopped at t"):
         elastica.simulate(case, tolerance=1e-30)

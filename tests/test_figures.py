@@ -228,7 +228,7 @@ def test_the_table_beside_a_figure_is_what_is_drawn(rest):
 
 def test_figures_are_written_and_drawn_again_alike(rest, tmp_path):
     small = replace(rest, asked=("fig4", "fig15"))
-    section, left_out = publish(figures.QUESTION, small, tmp_path)
+    section, left_out = publish(figures.COMMAND, small, tmp_path)
     assert not left_out
     names = {f"{name}.{kind}" for name in ("fig4", "fig15") for kind in ("png", "pdf", "csv")}
     kept = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}

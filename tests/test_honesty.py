@@ -11,7 +11,7 @@ from compare.chooser.choice import choose
 from ribbonfem import (
     Fold,
     History,
-    PolicyError,
+    OptionError,
     Ribbon,
     Scene,
     SceneWarning,
@@ -65,13 +65,13 @@ def test_a_state_without_a_u_does_not_snap_by_rounding(shear, start):
     assert found is None or abs(whole.height[whole.time < found[0]]).max() > 1e-6
     # a run until the snap is the beginning of the whole one
     assert early.crossing() == found
-    with pytest.raises(PolicyError, match="quantity = 'snap': needs a start with U"):
+    with pytest.raises(OptionError, match="quantity = 'snap': needs a start with U"):
         choose(scene, 1e-3)
 
 
 @pytest.mark.parametrize(("start", "quantity"), [("U+", "first snap"), ("S+", "first snap"), ("S-", "snap")])
 def test_quantities_that_a_start_has_not(start, quantity):
-    with pytest.raises(PolicyError, match=quantity):
+    with pytest.raises(OptionError, match=quantity):
         choose(Scene(compression=0.4, shear=0.3, start=start, rate=0.1), 1e-3, quantity)
 
 

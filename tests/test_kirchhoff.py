@@ -13,7 +13,7 @@ from ribbonfem.continuation import Steps, first_point, trace
 from ribbonfem.kirchhoff.kernels import statics as kernels
 from ribbonfem.kirchhoff.problem import Clamps, Frames, Statics
 from ribbonfem.kirchhoff.states import named
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 PATH2 = Scene(compression=0.40, shear=0.40, start="U+S+")
 
@@ -415,13 +415,13 @@ def test_a_state_that_is_not_stable_is_refused_with_those_that_are(shear):
 
 
 def test_refusals():
-    with pytest.raises(PolicyError, match="elements = 15: must be even"):
+    with pytest.raises(OptionError, match="elements = 15: must be even"):
         kirchhoff.folds(PATH2, elements=15)
-    with pytest.raises(PolicyError, match="elements = 2"):
+    with pytest.raises(OptionError, match="elements = 2"):
         kirchhoff.state(PATH2, elements=2)
-    with pytest.raises(PolicyError, match="extensible = 1"):
+    with pytest.raises(OptionError, match="extensible = 1"):
         kirchhoff.folds(PATH2, extensible=1)
-    with pytest.raises(PolicyError, match="span"):
+    with pytest.raises(OptionError, match="span"):
         kirchhoff.equilibria(PATH2, span=(0.1, 1.0))
     with pytest.raises(SceneError, match="compression"):
         kirchhoff.pitchforks(1.2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ribbonfem import Scene, elastica, kirchhoff
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.8, damping=1.0)
 
@@ -81,5 +81,5 @@ def test_undamped_ringing_keeps_its_energy_for_twenty_seconds(case, steps, bound
 
 def test_beams_have_no_discrete_gradient():
     case = Scene(compression=0.40, shear=0.0, start="U+", rate=0.5, stop=0.8)
-    with pytest.raises(PolicyError, match="discrete-gradient"):
+    with pytest.raises(OptionError, match="discrete-gradient"):
         elastica.simulate(case, method="discrete-gradient", step=1e-3)

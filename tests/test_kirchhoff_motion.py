@@ -12,7 +12,7 @@ from ribbonfem.kirchhoff.kernels import condensed, energies, tangent
 from ribbonfem.kirchhoff.kernels.batch import in_fours
 from ribbonfem.kirchhoff.kernels.residual import residual
 from ribbonfem.kirchhoff.kernels.rod import solver
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 from ribbonfem.stepping import methods
 
 # one fold, met at 0.5 rad/s so that it snaps after 1.4 s
@@ -430,7 +430,7 @@ def test_bad_policies_are_named():
         ({"until": "never"}, "until = 'never'"),
         ({"gyroscopic": 1}, "gyroscopic = 1"),
     ):
-        with pytest.raises(PolicyError, match=text):
+        with pytest.raises(OptionError, match=text):
             kirchhoff.simulate(SNAP, **policy)
     with pytest.raises(SceneError, match=r"Scene\.stop"):
         kirchhoff.simulate(replace(SNAP, stop=None))

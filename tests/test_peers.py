@@ -143,7 +143,7 @@ def test_the_rest_runs_without_peers(monkeypatch, tmp_path):
     monkeypatch.setattr(peers, "planar_truth", lambda extensible=True: 1.1595506 if extensible else 1.159895)
     monkeypatch.setattr(peers, "ribbon_truth", lambda: 0.60642)
     monkeypatch.setattr(peers, "RODS", (51,))
-    section, _ = publish(question.QUESTION, question.main(rounds=1), tmp_path)
+    section, _ = publish(question.COMMAND, question.main(rounds=1), tmp_path)
     assert section.values["missing"] == ["it is not installed"] * 3
     assert (tmp_path / "peers.png").exists()
     assert {row["code"] for row in section.values["planar"]} == {"elastica FEM", "elastica FEM, EA", "DER"}

@@ -5,7 +5,7 @@ from scipy.optimize import minimize_scalar
 
 from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.elements.hermite import hermite_basis
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 SCENE = Scene(compression=0.2, shear=0.0, start="U+")
 EXACT = quasilinear.closed_form_fold()
@@ -100,9 +100,9 @@ def test_stop_before_the_fold_leaves_none():
 def test_refusals():
     with pytest.raises(SceneError, match="shear"):
         quasilinear.folds(Scene())
-    with pytest.raises(PolicyError, match="elements = 0"):
+    with pytest.raises(OptionError, match="elements = 0"):
         quasilinear.folds(SCENE, elements=0)
-    with pytest.raises(PolicyError, match="span"):
+    with pytest.raises(OptionError, match="span"):
         quasilinear.equilibria(SCENE, span=(0.1, 1.0))
     with pytest.raises(TypeError, match="nodes"):
         quasilinear.folds(SCENE, nodes=11)

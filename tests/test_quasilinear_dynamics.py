@@ -15,8 +15,8 @@ SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, dampin
 
 def test_kernel_is_the_readable_form():
     """One Newton increment of the kernel against the dense equations of scikit-fem's matrices."""
-    problem = quasilinear.verbs.Statics(SCENE, 9)
-    table = quasilinear.verbs.tables(problem)
+    problem = quasilinear.functions.Statics(SCENE, 9)
+    table = quasilinear.functions.tables(problem)
     rng = np.random.default_rng(1)
     size = 20
     q, v, a = (rng.normal(size=size) for _ in range(3))
@@ -38,8 +38,8 @@ def test_kernel_is_the_readable_form():
 
 def test_velocities_at_the_kink_are_consistent():
     """The clamp's slope carries mass: its jump moves the rest, with the least kinetic energy that may be."""
-    problem = quasilinear.verbs.Statics(SCENE, 12)
-    table = quasilinear.verbs.tables(problem)
+    problem = quasilinear.functions.Statics(SCENE, 12)
+    table = quasilinear.functions.tables(problem)
     state, _ = equilibrium(problem, problem.start(), 0.0)
     q, w = state.z.copy(), np.array([state.load])
     v, a = np.zeros_like(q), np.zeros_like(q)

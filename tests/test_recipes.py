@@ -17,7 +17,7 @@ from ribbonfem.tableaus import Tableau
 
 ROOT = Path(__file__).parents[1]
 
-QUESTION = '''
+COMMAND = '''
     """How high is the buckled beam?  One number of the closed form."""
 
     from __future__ import annotations
@@ -29,7 +29,7 @@ QUESTION = '''
     from compare.sweep import Sweep
     from ribbonfem.closed_form import euler
 
-    from .registry import Question
+    from .registry import Command
 
 
     @dataclass(frozen=True)
@@ -50,7 +50,7 @@ QUESTION = '''
         yield Drawing("heights.png", "Heights.", fig)
 
 
-    QUESTION = Question(
+    COMMAND = Command(
         name="heights",
         title="Heights of the buckled beam",
         takes="no time",
@@ -68,11 +68,11 @@ MODEL = '''
     """A beam that is known in closed form: no mesh, and no motion."""
 
     from ribbonfem.closed_form import closed_form_fold
-    from ribbonfem.model_info import Declared
-    from ribbonfem.options import verb
+    from ribbonfem.model_info import ModelInfo
+    from ribbonfem.options import function
     from ribbonfem.results import Fold
 
-    DECLARED = Declared(
+    MODEL_INFO = ModelInfo(
         name="known",
         mesh="elements",
         least=1,
@@ -86,7 +86,7 @@ MODEL = '''
     )
 
 
-    @verb
+    @checked
     def folds(scene, *, elements=1):
         """The fold of the quasi-linear beam; `elements` spoil it, so that there is something to refine."""
         fold, root = closed_form_fold(), scene.compression**0.5
@@ -172,7 +172,7 @@ def python(copy, *words, script=None):
 
 
 def test_a_question(copy):
-    write(copy / "compare/commands/heights.py", QUESTION)
+    write(copy / "compare/commands/heights.py", COMMAND)
     registry = copy / "compare/report/registry.py"
     text = registry.read_text(encoding="utf-8")
     registry.write_text(text.replace("ORDER = (\n", 'ORDER = (\n    "heights",\n'), encoding="utf-8")

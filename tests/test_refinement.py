@@ -6,7 +6,7 @@ from compare import convergence
 from compare.limits import richardson, triple_order
 from compare.quantities.measure import QUANTITIES, Shape, unknowns
 from ribbonfem import Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")
 SHEARED = Scene(compression=0.40, shear=0.37, start="U+S-")
@@ -145,7 +145,7 @@ def test_shapes_are_compared_where_they_have_points():
     ],
 )
 def test_what_cannot_be_refined_is_named(model, quantity, over, policy, named):
-    with pytest.raises(PolicyError, match=named):
+    with pytest.raises(OptionError, match=named):
         convergence(model, REST, quantity, over=over, **policy)
 
 

@@ -66,7 +66,7 @@ def test_neutral_starts_are_refused_by_every_model(off, shear):
     scene = Scene(
         compression=0.4, shear=shear, start="U+", rate=1.0, stop=0.1, ribbon=Ribbon(bending_ratio=1.0 + off)
     )
-    for verb in (
+    for function in (
         kirchhoff.folds,
         kirchhoff.state,
         kirchhoff.equilibria,
@@ -75,5 +75,5 @@ def test_neutral_starts_are_refused_by_every_model(off, shear):
         der.simulate,
     ):
         with pytest.raises(SceneError, match=r"Ribbon\.bending_ratio = (1\.0|0\.9999)"):
-            verb(scene)
+            function(scene)
     assert kirchhoff.stable_states(scene) == der.stable_states(scene) == ()

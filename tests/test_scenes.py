@@ -9,9 +9,9 @@ import pytest
 
 from compare.__main__ import main
 from compare.commands.run import NOT_MET, SENSITIVE
+from compare.examples.shipped import MOVIES, NAMES, text, titles, write
 from ribbonfem import Scene, SceneError
 from ribbonfem.output.scene_file import read_scene
-from ribbonfem.output.scenes import MOVIES, NAMES, text, titles, write
 
 # the angle of the snap, rad, None where it does not snap; and the exit status of `run`
 SNAPS = {

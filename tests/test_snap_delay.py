@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import der
-from ribbonfem import PolicyError, Ribbon, Scene, delay, elastica, kirchhoff, quasilinear
+from ribbonfem import OptionError, Ribbon, Scene, delay, elastica, kirchhoff, quasilinear
 from ribbonfem.delay.cubic import _outer_cubic
 from ribbonfem.delay.curve import _outer
 
@@ -116,8 +116,8 @@ def test_coefficients_do_not_show_their_reach(monkeypatch):
 
 def test_momentum_of_a_turning_clamp():
     """The clamp's motion alone, seen by a mode, is the work of the mass on the positions that it moves."""
-    problem = kirchhoff.verbs.states.named(PATH_1, elements=8, extensible=True)[0]
-    frames = kirchhoff.verbs.states.named(PATH_1, elements=8, extensible=True)[1]
+    problem = kirchhoff.functions.states.named(PATH_1, elements=8, extensible=True)[0]
+    frames = kirchhoff.functions.states.named(PATH_1, elements=8, extensible=True)[1]
     mode = np.cos(1.0 + np.arange(len(problem.weight)))
     mode[:-3] *= 1e-2
     step = 1e-5
@@ -255,11 +255,11 @@ def test_what_is_left_out_falls_as_it_is_said_to():
 
 
 def test_refusals():
-    with pytest.raises(PolicyError, match="quantity"):
+    with pytest.raises(OptionError, match="quantity"):
         delay.predict_snap(elastica, PLANAR, "third snap")
-    with pytest.raises(PolicyError, match="fold = 1"):
+    with pytest.raises(OptionError, match="fold = 1"):
         elastica.escape(PLANAR, fold=1)
-    with pytest.raises(PolicyError, match="amplitude"):
+    with pytest.raises(OptionError, match="amplitude"):
         elastica.escape(PLANAR, amplitude=0.2)
     assert math.isinf(delay.predict(elastica.normal_forms(PLANAR)[0], 0.1, 1.0).error)
 

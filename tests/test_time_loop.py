@@ -20,7 +20,7 @@ from ribbonfem.stepping.kernels import (
     STEPS,
     Ramp,
 )
-from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, VELOCITY, Verbs
+from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, VELOCITY, ModelFunctions
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.methods import method_of
 
@@ -135,7 +135,9 @@ def _record(model, rows, row):
     rows[row, HEIGHT], rows[row, VELOCITY] = model.place[1], model.place[0] * model.now[0]
 
 
-LOOP = loop_of(Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record))
+LOOP = loop_of(
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+)
 
 
 def moved(method, *, step=0.0, tolerance=0.0, room=5000):

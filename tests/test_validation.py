@@ -1,4 +1,4 @@
-"""Whatever a verb is given, it answers, or refuses in a sentence with field, value and what is allowed."""
+"""Whatever a function gets, it answers, or refuses in a sentence with field, value and what is allowed."""
 
 import datetime
 import inspect
@@ -19,7 +19,7 @@ from compare.quantities.convergence import convergence
 from compare.report.registry import ORDER, named
 from compare.sweep import Sweep
 from ribbonfem import (
-    PolicyError,
+    OptionError,
     Ribbon,
     Scene,
     SceneError,
@@ -87,18 +87,18 @@ def one_sentence(error, *words):
         assert word in text, text
 
 
-def refused(verb, given):
+def refused(function, given):
     try:
-        verb(**given)
-    except (SceneError, PolicyError, SolverError) as error:
+        function(**given)
+    except (SceneError, OptionError, SolverError) as error:
         return error
     return None
 
 
 @pytest.mark.parametrize(("model", "name", "scene"), VERBS, ids=lambda v: getattr(v, "__name__", None))
 def test_every_keyword_of_every_verb(model, name, scene):
-    verb = getattr(model, name)
-    taken = inspect.signature(verb).parameters
+    function = getattr(model, name)
+    taken = inspect.signature(function).parameters
     small = {"scene": PATH_2 if name in ("saddle", "skipping_bound") else scene, "compression": 0.4}
     small |= {
         "angle": 0.05,
@@ -110,7 +110,7 @@ def test_every_keyword_of_every_verb(model, name, scene):
         pytest.skip("of planar scenes")
     for key in (*taken, "bogus"):
         for value in BAD:
-            refusal = refused(verb, {**given, key: value})
+            refusal = refused(function, {**given, key: value})
             if refusal is None:
                 assert key != "bogus"
                 numeric = isinstance(value, (int, float, Fraction, np.floating, tuple, type(None)))
@@ -167,7 +167,7 @@ def test_sizes_that_overflow_are_refused():
     ],
 )
 def test_what_cannot_be_afforded_is_refused_with_the_number(model, policy, word):
-    with pytest.raises(PolicyError) as caught:
+    with pytest.raises(OptionError) as caught:
         model.simulate(PLANAR, **policy)
     one_sentence(caught.value, next(iter(policy)), word)
 
@@ -205,15 +205,15 @@ def test_calls_that_no_verb_takes():
         der.simulate(PLANAR, elements=5)
     with pytest.raises(TypeError, match="takes scene"):
         der.simulate()
-    with pytest.raises(PolicyError, match="a Scene is needed"):
+    with pytest.raises(OptionError, match="a Scene is needed"):
         kirchhoff.folds(Ribbon())
     with pytest.raises(AttributeError, match="perhaps 'simulate' is meant"):
         der.simulates  # noqa: B018
     with pytest.raises(AttributeError, match=r"it has .*equilibria, escape, folds"):
         kirchhoff.swing  # noqa: B018
-    with pytest.raises(PolicyError, match="Steps"):
+    with pytest.raises(OptionError, match="Steps"):
         der.folds(PLANAR, steps=0.1)
-    assert ribbonfem.PolicyError is PolicyError
+    assert ribbonfem.OptionError is OptionError
 
 
 @pytest.mark.parametrize("value", [*NO_NUMBERS, *NO_FINITE, 0, -1, None, True])
@@ -223,7 +223,7 @@ def test_choose_refuses(value):
         ("quantity", lambda: choose(PLANAR, 1e-3, value)),
         ("scene", lambda: choose(value, 1e-3)),
     ):
-        with pytest.raises(PolicyError) as caught:
+        with pytest.raises(OptionError) as caught:
             call()
         one_sentence(caught.value, name)
 
@@ -241,11 +241,11 @@ def test_convergence_refuses(value):
     ):
         if name == "elements" and isinstance(value, range):
             continue
-        with pytest.raises(PolicyError) as caught:
+        with pytest.raises(OptionError) as caught:
             call()
         one_sentence(caught.value, name)
     if not callable(value):
-        with pytest.raises(PolicyError, match="quantity"):
+        with pytest.raises(OptionError, match="quantity"):
             convergence(elastica, scene, value, over)
 
 
@@ -258,7 +258,7 @@ def test_delays_refuse(value):
         ("damping", lambda: delay.predict(form, 0.1, value)),
         ("fold", lambda: delay.predict(value, 0.1, 1.0)),
     ):
-        with pytest.raises(PolicyError) as caught:
+        with pytest.raises(OptionError) as caught:
             call()
         one_sentence(caught.value, name)
 

@@ -62,7 +62,7 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 
     Raises
     ------
-    PolicyError
+    OptionError
         For a tolerance or a quantity that cannot be, or one that the scene does not have.
     SceneError
         If the motion is asked for and the scene has no `stop`; if the ribbon stays flat, or a planar

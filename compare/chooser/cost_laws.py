@@ -36,7 +36,7 @@ from ribbonfem import Scene
 from ribbonfem.delay import NormalForm, universal
 from ribbonfem.results import Array
 
-FILE = "laws.json"
+FILE = "cost_laws.json"
 
 
 @dataclass(frozen=True)

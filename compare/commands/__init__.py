@@ -1,1 +1,1 @@
-"""One question a file or folder, each a command."""
+"""Commands about a scene or the models: one a file."""

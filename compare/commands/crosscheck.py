@@ -21,7 +21,7 @@ from ribbonfem import Fold, Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.output.curve import Curve
 from ribbonfem.output.style import colormaps, draw_curve, figure
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 COMPRESSIONS = (0.05, 0.10, 0.20, 0.25, 0.30, 0.35, 0.40)
 # its ratios follow, 4e4 and 1.499; planar folds do not depend on them
@@ -364,7 +364,7 @@ def values(found: Crosscheck) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="crosscheck",
     title="Folds of the planar beam, side by side",
     takes="about ten seconds; the first time, with compiling, a minute",

@@ -24,7 +24,7 @@ from ribbonfem.output.page import view
 from ribbonfem.output.scene_file import read_scene
 from ribbonfem.output.style import figure
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 # exit status where the answer is not within the tolerance, and where refinement does not settle it
 NOT_MET, SENSITIVE = 3, 4
@@ -247,7 +247,7 @@ def status(found: Asked) -> int:
     return SENSITIVE if found.answer.sensitive else 0 if found.answer.met else NOT_MET
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="run",
     title=lambda found: f"{Path(found.file).stem}: {found.choice.quantity}",
     takes="from a millisecond to some seconds, by the scene and the tolerance",

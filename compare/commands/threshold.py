@@ -12,7 +12,7 @@ from compare.report.section import Table
 from compare.sweep import Sweep
 from ribbonfem.output.scene_file import read_scene
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 
 def main(
@@ -69,7 +69,7 @@ def values(found: Threshold) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="threshold",
     title=lambda found: f"Where {found.outcome} begins or ends",
     takes="some 20 seconds",

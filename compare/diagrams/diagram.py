@@ -13,13 +13,13 @@ import numpy as np
 from compare.models import MESH, MODELS, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, SceneError
-from ribbonfem.options import PolicyError, choice, flag, positive, whole_number
+from ribbonfem.options import OptionError, choice, flag, positive, whole_number
 
 from .boundaries import Boundary, Line, search
 from .predictions import Curves, predictions
 from .result import Diagram, Failed
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
-from .setup import Ground, Sample, cost_of, ground, mesh_of, require_runs, samples_of
+from .setup import Sample, Setup, cost_of, mesh_of, require_runs, samples_of, setup
 
 SAMPLES, MOST_SAMPLES = 24, 4096
 # relative, of the values at boundaries
@@ -34,22 +34,22 @@ def _axis(name: str, value: object) -> tuple[np.ndarray[Any, np.dtype[np.float64
     except TypeError:
         parts = ()
     if len(parts) != 3:
-        raise PolicyError(f"{name} = {value!r}: (low, high, count) is needed, as (0.01, 1.0, 20)")
+        raise OptionError(f"{name} = {value!r}: (low, high, count) is needed, as (0.01, 1.0, 20)")
     low, high = positive(f"{name}[0]", parts[0]), positive(f"{name}[1]", parts[1])
     count = whole_number(f"{name}[2]", parts[2], 2, 1000)
     if not low < high:
-        raise PolicyError(f"{name} = {value!r}: low must be below high")
+        raise OptionError(f"{name} = {value!r}: low must be below high")
     span = math.log(high / low)
     return low * np.exp(span * np.arange(count) / (count - 1)), span / (count - 1)
 
 
-def _first_round(base: Ground, rates: Any, dampings: Any, points: Any, count: int, sweep: Sweep) -> Cells:
+def _first_round(base: Setup, rates: Any, dampings: Any, points: Any, count: int, sweep: Sweep) -> Cells:
     work = [(base, tuple(points[j][i][:count])) for j in range(len(dampings)) for i in range(len(rates))]
     done = iter(sweep("runs", samples_of, work, cost=cost_of, prepare=lambda: warm_up(base.model)))
     return [[list(next(done)) for _ in rates] for _ in dampings]
 
 
-def _fill(base: Ground, cells: Cells, points: Any, sizes: Sequence[int], sweep: Sweep) -> None:
+def _fill(base: Setup, cells: Cells, points: Any, sizes: Sequence[int], sweep: Sweep) -> None:
     """The later rounds: more runs where they disagree."""
     for number, size in enumerate(sizes[1:]):
         chosen = unsure(cells, first=number == 0)
@@ -63,7 +63,7 @@ def _fill(base: Ground, cells: Cells, points: Any, sizes: Sequence[int], sweep: 
             cells[j][i] += more
 
 
-def _boundaries(base: Ground, rates: Any, dampings: Any, names: Any, sweep: Sweep) -> tuple[Boundary, ...]:
+def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep) -> tuple[Boundary, ...]:
     """Changes between sure cells of a row, and of a column, that lie next to each other or have only cut or
     mixed ones between them."""
     lines: list[Line] = []
@@ -114,7 +114,7 @@ def _diagram(
     x, step = _axis("rates", rates)
     y, rise = _axis("dampings", dampings)
     sweep = sweep or Sweep()
-    base = ground(scene, model, policy)
+    base = setup(scene, model, policy)
     points = [
         [cell_points((float(r), float(d)), (step, rise), samples, (seed, i, j)) for i, r in enumerate(x)]
         for j, d in enumerate(y)
@@ -193,7 +193,7 @@ def skipping_diagram(
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For a ribbon without both states, a grid or a policy that cannot be.
     SolverError, SweepError
         If its folds are not found; if workers are lost again and again.

@@ -31,7 +31,7 @@ from ribbonfem.delay import NormalForm, lead
 from ribbonfem.delay.curve import universal_fit
 from ribbonfem.results import Array
 
-from .setup import Ground, mesh_of
+from .setup import Setup, mesh_of
 
 TYPE_1 = "type 1: the energy of the first snap reaches the pass to U-"
 TYPE_2 = "type 2: the delay at alpha_c1 reaches alpha_c2"
@@ -112,7 +112,7 @@ def pass_of(branch: Branch) -> Callable[[Array], Array]:
     return lambda at: np.asarray(over(at) - well(at))
 
 
-def swing(base: Ground, angle: float, late: Late, mesh: Mapping[str, Any]) -> Swing:
+def swing(base: Setup, angle: float, late: Late, mesh: Mapping[str, Any]) -> Swing:
     """The swing of a diagram's ribbon.
 
     Raises
@@ -153,7 +153,7 @@ class Curves(dict[str, Array]):
     missing: Mapping[str, str] = MappingProxyType({})
 
 
-def predictions(base: Ground, rates: Array, dampings: Array) -> Curves:
+def predictions(base: Setup, rates: Array, dampings: Array) -> Curves:
     """What statics say of the lines in a diagram; what they do not offer is left out, and why is told."""
     model: Any = MODELS[base.model]
     window = base.folds[1].angle - base.folds[0].angle

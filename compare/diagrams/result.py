@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem import Scene
-from ribbonfem.frozen import Value
+from ribbonfem.frozen import Value, called_later
 from ribbonfem.results import Array
 
 from .boundaries import Boundary
@@ -91,6 +91,17 @@ class Diagram(Value):
     def undetermined(self) -> NDArray[np.bool_]:
         """(m, n) which cells no single run decides: "mixed"."""
         return np.asarray(self.outcome == "mixed")
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw its shares into axes of matplotlib, or new ones: see `compare.diagrams.show.plot`."""
+        return called_later("compare.diagrams.show:plot", self, axes)
+
+    def to_pandas(self) -> Any:
+        """As a `pandas.DataFrame`: see `compare.diagrams.show.frame`."""
+        return called_later("compare.diagrams.show:frame", self)
+
+    def _repr_html_(self) -> Any:
+        return called_later("compare.diagrams.show:html", self)
 
     def to_csv(self) -> str:
         """A tidy table: a row for each cell and outcome, with its share, doubt and runs."""

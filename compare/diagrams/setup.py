@@ -19,7 +19,7 @@ from compare.quantities.branches import both_folds, stable_at
 from compare.quantities.measure import require_policy
 from ribbonfem import Fold, History, Scene, SolverError
 from ribbonfem.model_info import defaults
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 from ribbonfem.outcomes import classify, name_by_signs
 from ribbonfem.results import MESH
 
@@ -32,7 +32,7 @@ _LAST = 4.0
 
 
 @dataclass(frozen=True)
-class Ground:
+class Setup:
     """What all runs of a diagram share.
 
     Attributes
@@ -83,20 +83,20 @@ def require_runs(model: str, policy: Mapping[str, Any]) -> None:
     """Refuse keywords that a model's `simulate` does not take, before anything is run."""
     try:
         require_policy(model, "simulate", policy, OWN)
-    except PolicyError as error:
-        raise PolicyError(
+    except OptionError as error:
+        raise OptionError(
             f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"
         ) from None
 
 
 def mesh_of(model: str, policy: Mapping[str, Any]) -> dict[str, Any]:
-    """The mesh that runs of a policy have, for the verbs at rest: their own defaults may be finer."""
+    """The mesh that runs of a policy have, for the functions at rest: their own defaults may be finer."""
     full = {**defaults(MODELS[model], "simulate"), **policy}
     return {name: value for name, value in full.items() if name in MESH}
 
 
-def ground(scene: Scene, model: str, policy: Mapping[str, Any]) -> Ground:
-    """The ground of a diagram: its folds, once.
+def setup(scene: Scene, model: str, policy: Mapping[str, Any]) -> Setup:
+    """The setup of a diagram: its folds, once.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def ground(scene: Scene, model: str, policy: Mapping[str, Any]) -> Ground:
     """
     mesh = mesh_of(model, policy)
     stable = () if scene.stop is None else _stable_at(scene, scene.stop, model, mesh)
-    return Ground(scene, model, dict(policy), both_folds(scene, model, mesh), stable)
+    return Setup(scene, model, dict(policy), both_folds(scene, model, mesh), stable)
 
 
 def _stable_at(
@@ -143,7 +143,7 @@ def _shape(history: History, stable: tuple[tuple[str, float, float], ...]) -> st
     return min(near, key=lambda state: math.hypot(state[1] - height, 0.3 * (state[2] - slope)))[0]
 
 
-def run_of(base: Ground, rate: float, damping: float) -> Sample:
+def run_of(base: Setup, rate: float, damping: float) -> Sample:
     """The run at a rate (rad/s) and a damping (1/s): a sample, failed runs included."""
     selection = base.scene.stop is not None
     scene = replace(
@@ -168,13 +168,13 @@ def run_of(base: Ground, rate: float, damping: float) -> Sample:
     return Sample(rate, damping, outcome, first, second, reason)
 
 
-def samples_of(work: tuple[Ground, tuple[tuple[float, float], ...]]) -> tuple[Sample, ...]:
-    """Runs at several (rate, damping) of one ground: a task of a sweep."""
+def samples_of(work: tuple[Setup, tuple[tuple[float, float], ...]]) -> tuple[Sample, ...]:
+    """Runs at several (rate, damping) of one setup: a task of a sweep."""
     base, points = work
     return tuple(run_of(base, rate, damping) for rate, damping in points)
 
 
-def cost_of(work: tuple[Ground, tuple[tuple[float, float], ...]]) -> float:
+def cost_of(work: tuple[Setup, tuple[tuple[float, float], ...]]) -> float:
     """Expected steps of a task: a lightly damped ribbon rings through a slow ramp, or through its hold."""
     base, points = work
     selection = base.scene.stop is not None

@@ -12,10 +12,10 @@ from compare.models import MESH, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError
 from ribbonfem.frozen import Value
-from ribbonfem.options import PolicyError, choice, positive, whole_number
+from ribbonfem.options import OptionError, choice, positive, whole_number
 
 from .boundaries import Line, search
-from .setup import SELECTION, SKIPPING, ground, require_runs, run_of
+from .setup import SELECTION, SKIPPING, require_runs, run_of, setup
 
 VARIED = ("rate", "damping", "compression", "shear", "stop")
 # meshes that follow each other: rods with half the edge, elements by a third more; the first are the default
@@ -109,7 +109,7 @@ def outcome_of(trial: Trial) -> str:
     if not trial.selection:
         scene = replace(scene, stop=None, hold=0.0)
     try:
-        base = ground(scene, trial.model, trial.policy)
+        base = setup(scene, trial.model, trial.policy)
     except (SceneError, SolverError):
         return ""
     return run_of(base, scene.rate, scene.damping).outcome
@@ -119,7 +119,7 @@ def _checked(
     scene: Scene, outcome: str, vary: str, between: object, tolerance: object
 ) -> tuple[float, float]:
     if not isinstance(scene, Scene):
-        raise PolicyError(f"scene = {scene!r}: a Scene is needed")
+        raise OptionError(f"scene = {scene!r}: a Scene is needed")
     choice("vary", vary, VARIED)
     choice("outcome", outcome, (*SKIPPING, *SELECTION))
     if scene.start != "U+S+" or scene.rate < 0.0:
@@ -127,17 +127,17 @@ def _checked(
     if outcome in SELECTION and scene.stop is None and vary != "stop":
         raise SceneError("Scene.stop = None: a shape is selected at a stop; give one, or vary it")
     if outcome in SKIPPING and vary == "stop":
-        raise PolicyError(f"vary = 'stop': {outcome!r} is of a ramp that goes on; a stop selects a shape")
+        raise OptionError(f"vary = 'stop': {outcome!r} is of a ramp that goes on; a stop selects a shape")
     positive("tolerance", tolerance, 0.5)
     try:
         ends = tuple(cast(Any, between))
     except TypeError:
         ends = ()
     if len(ends) != 2:
-        raise PolicyError(f"between = {between!r}: (low, high) is needed")
+        raise OptionError(f"between = {between!r}: (low, high) is needed")
     low, high = positive("between[0]", ends[0]), positive("between[1]", ends[1])
     if not low < high:
-        raise PolicyError(f"between = {between!r}: low must be below high")
+        raise OptionError(f"between = {between!r}: low must be below high")
     return low, high
 
 
@@ -231,7 +231,7 @@ def threshold(
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For what cannot be.
     SolverError
         If the outcome does not change; names the outcomes at both ends.

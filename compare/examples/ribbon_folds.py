@@ -66,7 +66,7 @@ def look(found: Found) -> Any:
     figure, axes = plt.subplots(figsize=(5.4, 3.6), constrained_layout=True)
     # importing `compare` gives a curve its `plot`
     assert compare
-    found.curve.plot(axes, label="elements")  # type: ignore[attr-defined]
+    found.curve.plot(axes, label="elements")
     low, high = axes.get_ylim()
     for k, angle in enumerate(found.limit):
         axes.axvline(angle, color="0.6", lw=0.9, ls=":", label="rods, limit" if k == 0 else None)

@@ -81,7 +81,7 @@ def look(found: Found) -> Any:
     assert compare
     for k, (motion, rate, kind) in enumerate(zip(found.motions, found.rates, found.outcomes, strict=True)):
         behind = found.curve if k == 0 else None
-        motion.plot(axes, curve=behind, label=f"{rate:g} rad/s: {kind}")  # type: ignore[attr-defined]
+        motion.plot(axes, curve=behind, label=f"{rate:g} rad/s: {kind}")
     axes.set_xlim(-0.1, 0.9)
     axes.legend(frameon=False)
     return figure

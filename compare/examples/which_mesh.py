@@ -69,7 +69,7 @@ def look(found: Found) -> Any:
     figure, axes = plt.subplots(figsize=(5.0, 3.6), constrained_layout=True)
     for k, convergence in enumerate(found.refined):
         # importing `compare` gives it its `plot`
-        convergence.plot(axes, color=f"C{k}")  # type: ignore[attr-defined]
+        convergence.plot(axes, color=f"C{k}")
     axes.set(xlabel="length of an edge or an element ($L$)", ylabel="error of the snap (rad)")
     axes.legend(frameon=False)
     return figure

@@ -242,7 +242,7 @@ def simulate(
     newton_tolerance: float = 1e-8,
     modified_newton: bool = True,
 ) -> History:
-    """The motion from rest in the start state through the ramp, as the verbs `simulate` of the models.
+    """The motion from rest in the start state through the ramp, as the functions `simulate` of the models.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def _rod(library: Any, scene: Scene, x: Array, directors: Array) -> Any:
 
 
 def simulate(scene: Scene, *, nodes: int = 51, step: float = 2.5e-5) -> History:
-    """The motion from rest in the start state through the ramp, as the verbs `simulate` of the models.
+    """The motion from rest in the start state through the ramp, as the functions `simulate` of the models.
 
     Raises
     ------

@@ -21,8 +21,8 @@ import numpy as np
 
 from compare.limits import ROUNDING, Limit, Value, richardson, root_mean_square
 from ribbonfem import Scene
-from ribbonfem.frozen import html_table
-from ribbonfem.options import PolicyError, a_scene, number, positive, whole_number
+from ribbonfem.frozen import called_later, html_table
+from ribbonfem.options import OptionError, a_scene, number, positive, whole_number
 from ribbonfem.results import Array
 from ribbonfem.results import Value as Record
 from ribbonfem.scene import shown
@@ -81,6 +81,14 @@ class Convergence(Record):
     given: bool
     policy: Mapping[str, Any] = field(default_factory=dict)
 
+    def plot(self, axes: Any = None, **options: Any) -> Any:
+        """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.convergence`."""
+        return called_later("ribbonfem.output.plots:convergence", self, axes, **options)
+
+    def to_pandas(self) -> Any:
+        """As a `pandas.DataFrame`: see `ribbonfem.output.tables.convergence_frame`."""
+        return called_later("ribbonfem.output.tables:convergence_frame", self)
+
     @property
     def order(self) -> float:
         """One order for all: the slope of log error over log size, or the one of the finest three runs.
@@ -128,31 +136,31 @@ class Convergence(Record):
         return html_table(caption, (self.over, "size", "dofs", "error", "order"), rows)
 
 
-def _over(name: str, verb: str, over: Mapping[str, Sequence[float]], least: int) -> tuple[str, list[Any]]:
+def _over(name: str, function: str, over: Mapping[str, Sequence[float]], least: int) -> tuple[str, list[Any]]:
     """The policy name to refine and its values, the coarsest first."""
     if not isinstance(over, Mapping) or len(over) != 1 or next(iter(over)) not in REFINABLE:
-        raise PolicyError(
+        raise OptionError(
             f"over = {shown(over)}: must be a mapping of one of {', '.join(REFINABLE)} to its values"
         )
     key, given = next(iter(over.items()))
     listed = isinstance(given, (Sequence, Set)) or (isinstance(given, np.ndarray) and given.ndim == 1)
     if isinstance(given, (str, bytes)) or not listed:
-        raise PolicyError(f"{key} = {shown(given)}: the values to refine over are needed, three or so")
-    require_policy(name, verb, {key: tuple(given)})
+        raise OptionError(f"{key} = {shown(given)}: the values to refine over are needed, three or so")
+    require_policy(name, function, {key: tuple(given)})
     values: list[Any] = sorted(
         {whole_number(key, value, 1) if key in MESHES else positive(key, value) for value in given},
         reverse=key not in MESHES,
     )
     if len(values) < least:
-        raise PolicyError(f"over = {shown(over)}: must have {least} different values of {key} at least")
+        raise OptionError(f"over = {shown(over)}: must have {least} different values of {key} at least")
     return key, values
 
 
-def _verb(quantity: Quantity, scene: Scene) -> str:
-    """The verb that a quantity is taken from: it decides which policies there are."""
-    if quantity.verb == "either":
+def _function_of(quantity: Quantity, scene: Scene) -> str:
+    """The function that a quantity is taken from: it decides which policies there are."""
+    if quantity.function == "either":
         return "folds" if scene.stop is None else "simulate"
-    return quantity.verb
+    return quantity.function
 
 
 def _timed(quantity: Callable[..., Value]) -> Callable[[str, Scene, Mapping[str, Any]], tuple[Value, float]]:
@@ -204,11 +212,11 @@ def convergence(
     reference: a number, an array or a `Shape` to take errors against; None for Richardson's limit,
         which needs three values.  Shapes are compared where their meshes have points in common, or
         else on those of the coarsest, by quintic splines.
-    policy: anything else that the verb takes, the same in all runs.
+    policy: anything else that the function takes, the same in all runs.
 
     Raises
     ------
-    PolicyError
+    OptionError
         If the model does not have a quantity, does not take a policy or cannot be refined so; the
         message names it and what is allowed.
     SceneError, SolverError
@@ -217,21 +225,21 @@ def convergence(
     name = name_of(model)
     a_scene("scene", scene)
     if callable(quantity):
-        verb = "simulate" if isinstance(over, Mapping) and {"step", "tolerance"} & set(over) else "folds"
+        function = "simulate" if isinstance(over, Mapping) and {"step", "tolerance"} & set(over) else "folds"
         label = str(getattr(quantity, "__name__", "quantity"))
-        found = Quantity(label, _timed(quantity), verb)
+        found = Quantity(label, _timed(quantity), function)
     elif isinstance(quantity, str) and quantity in QUANTITIES:
         found, label = QUANTITIES[quantity], quantity
-        verb = _verb(found, scene)
+        function = _function_of(found, scene)
     else:
-        raise PolicyError(f"quantity = {shown(quantity)}: must be one of {', '.join(map(repr, QUANTITIES))}")
+        raise OptionError(f"quantity = {shown(quantity)}: must be one of {', '.join(map(repr, QUANTITIES))}")
     if reference is None:
         reference = found.exact
     elif not isinstance(reference, (Shape, np.ndarray)):
         reference = number("reference", reference)
-    key, values = _over(name, verb, over, 3 if reference is None else 2)
+    key, values = _over(name, function, over, 3 if reference is None else 2)
     if not callable(quantity):
-        require_policy(name, verb, policy)
+        require_policy(name, function, policy)
     # compiled before any clock starts
     found.measure(name, scene, {**policy, key: values[0]})
     raw, seconds = zip(*(found.measure(name, scene, {**policy, key: v}) for v in values), strict=True)
@@ -272,7 +280,9 @@ def convergence(
         uncertainty=limit.uncertainty,
         seconds=np.array(seconds),
         dofs=tuple(
-            unknowns(name, {**mesh_of(name, policy), **({key: v} if key in MESHES else {})}, verb != "folds")
+            unknowns(
+                name, {**mesh_of(name, policy), **({key: v} if key in MESHES else {})}, function != "folds"
+            )
             for v in values
         ),
         given=reference is not None,

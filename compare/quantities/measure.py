@@ -1,6 +1,6 @@
 """What is measured of a model: fold and snap angles, shapes, energies; its unknowns, mesh sizes and orders.
 
-Every measure goes through the verbs of a model and nothing else of it.
+Every measure goes through the functions of a model and nothing else of it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any, cast
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from compare.models import DECLARED, MODELS
+from compare.models import MODEL_INFO, MODELS
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.model_info import defaults
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 from ribbonfem.results import Array, Fold, Value
 from ribbonfem.scene import shown
 
@@ -34,44 +34,44 @@ def name_of(model: ModuleType | str) -> str:
 
     Raises
     ------
-    PolicyError
+    OptionError
         If it is neither.
     """
     for name, module in MODELS.items():
         if model is module or (isinstance(model, str) and model == name):
             return name
-    raise PolicyError(f"model = {shown(model)}: must be one of {', '.join(MODELS)} (the module or its name)")
+    raise OptionError(f"model = {shown(model)}: must be one of {', '.join(MODELS)} (the module or its name)")
 
 
-def verb_of(name: str, verb: str) -> Callable[..., Any]:
-    """A verb of a model.
+def function_of(name: str, function: str) -> Callable[..., Any]:
+    """A function of a model.
 
     Raises
     ------
-    PolicyError
+    OptionError
         If the model does not have it.
     """
-    found = getattr(MODELS[name], verb, None)
+    found = getattr(MODELS[name], function, None)
     if found is None:
-        raise PolicyError(f"model = {name!r}: has no {verb}; it is static")
+        raise OptionError(f"model = {name!r}: has no {function}; it is static")
     return cast(Callable[..., Any], found)
 
 
-def defaults_of(name: str, verb: str) -> Mapping[str, Any]:
-    """The policy names of a verb, with their defaults, from its signature."""
-    verb_of(name, verb)
-    return defaults(MODELS[name], verb)
+def defaults_of(name: str, function: str) -> Mapping[str, Any]:
+    """The policy names of a function, with their defaults, from its signature."""
+    function_of(name, function)
+    return defaults(MODELS[name], function)
 
 
-def require_policy(name: str, verb: str, policy: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
-    """Raise a `PolicyError` that names the first of `policy` which the verb of the model does not take.
+def require_policy(name: str, function: str, policy: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+    """Raise a `OptionError` that names the first of `policy` which the function of the model does not take.
 
-    `taken`: keywords of the verb that the caller says itself.
+    `taken`: keywords of the function that the caller says itself.
     """
-    allowed = [key for key in defaults_of(name, verb) if key not in taken]
+    allowed = [key for key in defaults_of(name, function) if key not in taken]
     for key, value in policy.items():
         if key not in allowed:
-            raise PolicyError(f"{key} = {shown(value)}: {name}.{verb} takes {', '.join(allowed)}")
+            raise OptionError(f"{key} = {shown(value)}: {name}.{function} takes {', '.join(allowed)}")
 
 
 def mesh_of(name: str, policy: Mapping[str, Any]) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def unknowns(name: str, policy: Mapping[str, Any], dynamic: bool) -> int:
 
     At rest: free dofs and multipliers.  In motion elements have positions and forces too.
     """
-    declared = DECLARED[name]
+    declared = MODEL_INFO[name]
     full = {**defaults_of(name, "simulate" if dynamic else "folds"), **policy}
     count = int(full[declared.mesh])
     return declared.in_motion(count) if dynamic else declared.at_rest(count)
@@ -94,7 +94,7 @@ def unknowns(name: str, policy: Mapping[str, Any], dynamic: bool) -> int:
 def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene: Scene) -> float:
     """The size that goes to zero as `over` is refined: edge length (L), step (s) or tolerance (L)."""
     if over in MESHES:
-        return DECLARED[name].size({**policy, over: value})
+        return MODEL_INFO[name].size({**policy, over: value})
     if over == "step" and name != "der" and scene.stop is not None:
         # elements shorten a step so that a whole number of them fits the ramp
         ramp = scene.stop / scene.rate
@@ -104,7 +104,7 @@ def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene
 
 def order_of(name: str, over: str, policy: Mapping[str, Any]) -> float | None:
     """The order that model or method declares; None for a tolerance."""
-    declared = DECLARED[name]
+    declared = MODEL_INFO[name]
     if over in MESHES:
         return declared.order(policy)
     if over == "step":
@@ -190,7 +190,7 @@ def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
 
     Raises
     ------
-    SceneError, PolicyError, SolverError
+    SceneError, OptionError, SolverError
         From the model.
     """
     require_policy(name, "folds", policy)
@@ -201,7 +201,7 @@ def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
         return Rest(Shape(state.s[ends], state.positions[ends]), state.energy, state.height)
     # the first row of a motion is the start state itself
     still = replace(scene, rate=1.0, stop=_STILL, hold=0.0)
-    history: History = verb_of(name, "simulate")(still, **policy)
+    history: History = function_of(name, "simulate")(still, **policy)
     r = history.configurations["positions"][0]
     shape = Shape(history.arclength, r)
     return Rest(shape, float(history.energies["elastic"][0]), float(history.height[0]))
@@ -212,10 +212,10 @@ def run(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, fl
 
     Raises
     ------
-    SceneError, PolicyError, SolverError
+    SceneError, OptionError, SolverError
         From the model.
     """
-    simulate = verb_of(name, "simulate")
+    simulate = function_of(name, "simulate")
     require_policy(name, "simulate", policy)
     begin = time.process_time()
     history: History = simulate(scene, **policy)
@@ -238,7 +238,7 @@ def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fo
     require_policy(name, "folds", policy)
     forget(name)
     begin = time.process_time()
-    found: tuple[Fold, ...] = verb_of(name, "folds")(scene, **policy)
+    found: tuple[Fold, ...] = function_of(name, "folds")(scene, **policy)
     seconds = time.process_time() - begin
     if not found:
         raise SolverError("the ramp meets no fold")
@@ -302,13 +302,13 @@ def _balance(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float,
 class Quantity:
     """A measure by name: `measure(model name, scene, policy)` returns its value and CPU seconds.
 
-    `verb` is the one whose policy it takes, "folds" or "simulate"; "either": by the scene, which has
+    `function` is the one whose policy it takes, "folds" or "simulate"; "either": by the scene, which has
     a `stop` or not.  `exact` is the value of an exact solution, where there is one for all.
     """
 
     text: str
     measure: Measure
-    verb: str
+    function: str
     exact: float | None = None
 
 

@@ -1,1 +1,1 @@
-"""How results are shown: report, pictures, scene files."""
+"""The report and the terminal: sections, the page of all, the registry of commands."""

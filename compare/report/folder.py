@@ -17,7 +17,8 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-from compare.archive import finite, save, write_whole
+from compare.archive import finite, save
+from ribbonfem.output.files import write_whole
 
 from .html import page
 from .section import Drawing, Picture, Section, Table

@@ -1,4 +1,4 @@
-"""What a question is, and which there are: the commands, the order of the report, and its redrawing."""
+"""What a command is, and which there are; the order of the report, and its redrawing."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from typing import Any
 
 from compare.report.section import Drawing, Picture, Section, Table
 
-# one file or folder of this room each, in the order of the report
-ORDER = (
-    "run",
-    "crosscheck",
-    "folds",
-    "delay",
-    "cases",
-    "skipping",
-    "selection",
-    "figures",
-    "threshold",
-    "speed",
-    "accuracy",
-    "stability",
-    "choices",
-    "calibrate",
-    "peers",
-)
+# the module of each command, in the order of the report
+COMMANDS = {
+    "run": "compare.commands.run",
+    "crosscheck": "compare.commands.crosscheck",
+    "folds": "compare.reproduction.folds",
+    "delay": "compare.reproduction.delay",
+    "cases": "compare.reproduction.runs",
+    "skipping": "compare.reproduction.skipping",
+    "selection": "compare.reproduction.selection",
+    "figures": "compare.reproduction.figures",
+    "threshold": "compare.commands.threshold",
+    "speed": "compare.studies.speed",
+    "accuracy": "compare.studies.accuracy",
+    "stability": "compare.studies.stability",
+    "choices": "compare.studies.choices",
+    "calibrate": "compare.studies.calibrate",
+    "peers": "compare.studies.peers",
+}
+ORDER = tuple(COMMANDS)
 
 
 def _nothing(_: Any) -> Iterable[Any]:
@@ -49,8 +50,8 @@ def _well(_: Any) -> int:
 
 
 @dataclass(frozen=True)
-class Question:
-    """A question that is asked of the models: a command, and a section of the report.
+class Command:
+    """A command, and a section of the report.
 
     Attributes
     ----------
@@ -64,8 +65,8 @@ class Question:
     films: what the report shows of the films of a result (GIF) and its interactive views (HTML).
     export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
     status: the command's exit status, of a result.
-    keep: whether finished runs stay in the folder, so that a larger question goes on from them.
-    takes_over: other questions, whose finished runs that lie in the folder are not done again.
+    keep: whether finished runs stay in the folder, so that a larger command goes on from them.
+    takes_over: other commands, whose finished runs that lie in the folder are not done again.
     section_name: of a result, where it is not `name`: such a section is a file beside the report.
     """
 
@@ -93,7 +94,7 @@ class Question:
 
 
 def publish(
-    question: Question, found: Any, folder: Path, progress: Any = None
+    command: Command, found: Any, folder: Path, progress: Any = None
 ) -> tuple[Section, dict[str, str]]:
     """Write a result's section, its files and its pictures into the report's folder, numbers first.
 
@@ -107,21 +108,21 @@ def publish(
         If the folder cannot be written.
     """
     # imported here: a command's --help needs neither numpy nor the report
-    from compare.archive import write_whole
     from compare.report.folder import add_pictures, write_section
     from compare.sweep import Progress
+    from ribbonfem.output.files import write_whole
 
-    for name, content in question.files(found).items():
+    for name, content in command.files(found).items():
         write_whole(folder / name, content)
-    section, left_out = write_section(question.section(found), folder, ORDER, question.drawings(found), found)
-    question.export(found, folder, progress or Progress())
-    more = tuple(question.films(found))
+    section, left_out = write_section(command.section(found), folder, ORDER, command.drawings(found), found)
+    command.export(found, folder, progress or Progress())
+    more = tuple(command.films(found))
     return add_pictures(section, folder, ORDER, more) if more else (section, left_out)
 
 
 def summary(name: str) -> str:
-    """The first line of a question's docstring, read without importing the models that it needs."""
-    module = f"compare.commands.{name}"
+    """The first line of a command's docstring, read without importing the models that it needs."""
+    module = COMMANDS[name]
     spec = find_spec(module)
     # (of a file, or of a zip)
     source = getattr(spec.loader, "get_source", lambda _: "")(module) if spec else ""
@@ -129,8 +130,8 @@ def summary(name: str) -> str:
     return said.split("\n")[0]
 
 
-def named(name: str) -> Question:
-    """The question of this name."""
-    question = import_module(f"compare.commands.{name}").QUESTION
-    assert isinstance(question, Question)
-    return question
+def named(name: str) -> Command:
+    """The command of this name."""
+    command = import_module(COMMANDS[name]).COMMAND
+    assert isinstance(command, Command)
+    return command

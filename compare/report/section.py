@@ -1,4 +1,4 @@
-"""What a question shows: words, tables, drawings, and its numbers for programs."""
+"""What a command shows: words, tables, drawings, and its numbers for programs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """What a question found: words, tables, pictures, and its numbers for programs."""
+    """What a command found: words, tables, pictures, and its numbers for programs."""
 
     name: str
     title: str

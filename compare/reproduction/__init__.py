@@ -1,1 +1,1 @@
-"""The paper's scenes and runs, computed here for every question that asks of them."""
+"""The paper: its scenes, named runs, diagrams, figures and claims; nothing else imports it."""

@@ -237,7 +237,7 @@ def _cost(work: tuple[str, NormalForm, float, float, Lead]) -> float:
 
 
 def require_ranges(dampings: Sequence[float], decades: int) -> None:
-    """Raise a PolicyError unless there are delays at these dampings over so many decades of rates."""
+    """Raise a OptionError unless there are delays at these dampings over so many decades of rates."""
     whole_number("decades", decades, 1, 8)
     if not dampings:
         refuse("dampings", dampings, "one at least is needed")

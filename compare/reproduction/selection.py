@@ -12,7 +12,7 @@ from compare.diagrams.report import Diagrams
 from compare.reproduction.maps import NAMED_SELECTION, SELECTION
 from compare.sweep import Sweep
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 
 def main(
@@ -51,7 +51,7 @@ def main(
     )
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="selection",
     title="Mode selection over rate and damping",
     takes="some 4 minutes a diagram",

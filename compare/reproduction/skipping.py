@@ -12,7 +12,7 @@ from compare.diagrams.report import Diagrams
 from compare.reproduction.maps import NAMED_SKIPPING, SKIPPING
 from compare.sweep import Sweep
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 
 def main(
@@ -50,7 +50,7 @@ def main(
     )
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="skipping",
     title="Mode skipping over rate and damping",
     takes="some 3 minutes a diagram",

@@ -21,7 +21,7 @@ from ribbonfem import Scene, SceneError, SolverError
 from ribbonfem.options import positive, refuse, whole_number
 from ribbonfem.output.style import figure
 
-from ..report.registry import Question
+from ..report.registry import Command
 
 # a reference this much finer than the tolerance can judge
 _JUDGE = 0.34
@@ -334,7 +334,7 @@ def values(found: Choices) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="choices",
     title="The cheapest model that will do",
     takes="some 10 minutes for 60 scenes",

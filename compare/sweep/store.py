@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.archive import ArchiveError, from_bytes, to_bytes, write_whole
+from compare.archive import ArchiveError, from_bytes, to_bytes
+from ribbonfem.output.files import write_whole
 
 SUFFIX = ".result"
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from ribbonfem.options import PolicyError, whole_number
+from ribbonfem.options import OptionError, whole_number
 from ribbonfem.results import Array, SolverError
 
 from .corrector import Problem, State
@@ -49,7 +49,7 @@ def lowest_squares(
 
     Raises
     ------
-    PolicyError
+    OptionError
         If `count` is no whole number, or too large for so many unknowns.
     SolverError
         If the iteration does not converge.
@@ -58,7 +58,7 @@ def lowest_squares(
     # a Lanczos space needs room beside the vectors sought
     room = max(2 * wanted + 2, 20)
     if room > size // 2:
-        raise PolicyError(f"count = {count!r}: at most {size // 4 - 1} on this mesh; use a finer one")
+        raise OptionError(f"count = {count!r}: at most {size // 4 - 1} on this mesh; use a finer one")
     mass = LinearOperator((size, size), matvec=lambda x: momentum(x.ravel()), dtype=np.float64)
     inverse = LinearOperator((size, size), matvec=lambda x: solve(x.ravel()), dtype=np.float64)
     # a start in the range of the iteration, so that nothing without mass comes in

@@ -105,7 +105,7 @@ def scene_departure(
 
     Raises
     ------
-    PolicyError
+    OptionError
         If there are not so many folds, or the amplitude is not in [1e-5, 0.05].
     SolverError
         As in `ramp_folds` and `departure`.

@@ -156,7 +156,7 @@ def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **policy: A
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For a scene or a policy that the model does not take; for another quantity.
     SolverError
         If the ramp meets no fold, or what leaves it does not snap by itself.

@@ -3,10 +3,10 @@
 from ribbonfem.names import public
 
 from .functions import equilibria, escape, folds, frequencies, leaves_plane, normal_forms, simulate
-from .info import DECLARED
+from .info import MODEL_INFO
 
 __all__ = [
-    "DECLARED",
+    "MODEL_INFO",
     "equilibria",
     "escape",
     "folds",

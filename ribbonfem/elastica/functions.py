@@ -1,4 +1,4 @@
-"""The verbs of the planar elastica."""
+"""The functions of the planar elastica."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
@@ -30,7 +30,7 @@ def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For a sheared scene, one that its stretch keeps flat, a mesh that cannot be.
     """
     problem = Statics(scene, elements, extensible)
@@ -50,7 +50,7 @@ def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
     return problem
 
 
-@verb
+@checked
 def folds(
     scene: Scene, *, elements: int = 48, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -65,7 +65,7 @@ def folds(
 
     Raises
     ------
-    SceneError, PolicyError, SolverError
+    SceneError, OptionError, SolverError
         For a sheared scene, a mesh that cannot be, a continuation that fails.
     """
     problem = _problem(scene, elements, extensible)
@@ -74,7 +74,7 @@ def folds(
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
-@verb
+@checked
 def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
@@ -84,7 +84,7 @@ def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) 
     return ramp_normal_forms(problem, problem.start(), scene)
 
 
-@verb
+@checked
 def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) -> float:
     """The angle (rad) at which the planar state at rest loses its stability out of its plane.
 
@@ -100,7 +100,7 @@ def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) 
     return sideways.leaves_plane(scene, elements, extensible)
 
 
-@verb
+@checked
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible: bool = False) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -110,7 +110,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible:
     return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 
-@verb
+@checked
 def equilibria(
     scene: Scene,
     *,
@@ -146,7 +146,7 @@ def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, 
     return observe
 
 
-@verb
+@checked
 def simulate(
     scene: Scene,
     *,
@@ -184,7 +184,7 @@ def simulate(
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For a sheared scene, one without `stop`, a policy that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
@@ -210,7 +210,7 @@ def simulate(
     return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)
 
 
-@verb
+@checked
 def escape(
     scene: Scene,
     *,
@@ -235,7 +235,7 @@ def escape(
 
     Raises
     ------
-    PolicyError, SolverError
+    OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)

@@ -1,1 +1,1 @@
-"""Compiled linear algebra of the hot loops."""
+"""The compiler: one decorator, its cache, numbers that hold four."""

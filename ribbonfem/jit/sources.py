@@ -3,8 +3,8 @@
 The compiler's own cache looks at the file of a function alone: a caller that was kept would go on running
 an old callee from another file.  Here the key is a digest of the function's file and of all files of kernels
 that this file imports, directly or through others.  What compiled code takes from another file must
-therefore come from a file of kernels, one that uses `compiled` or stands in a room named `kernels` or
-`compiled` (`tests/test_compiled.py` holds it).
+therefore come from a file of kernels, one that uses `compiled` or stands in a room named `kernels`, `jit` or
+`linalg` (`tests/test_compiled.py` holds it).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 
-ROOMS = ("kernels", "compiled")
+ROOMS = ("kernels", "jit", "linalg")
 _PACKAGES = ("ribbonfem", "der")
 
 

@@ -19,11 +19,11 @@ from .functions import (
     stable_states,
     state,
 )
-from .info import DECLARED
+from .info import MODEL_INFO
 from .motion import simulate
 
 __all__ = [
-    "DECLARED",
+    "MODEL_INFO",
     "Pitchforks",
     "RestState",
     "ShearCurve",

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from ribbonfem.delay import Departure, scene_departure
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
@@ -18,7 +18,7 @@ from .motion import TOLERANCE, UNTIL, at_rest, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh
 
 
-@verb
+@checked
 def escape(
     scene: Scene,
     *,
@@ -45,7 +45,7 @@ def escape(
 
     Raises
     ------
-    PolicyError, SolverError
+    OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])

@@ -18,7 +18,7 @@ import numpy as np
 from ribbonfem.continuation import Event, Point, Steps, at_parameter, first_point, trace
 from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
@@ -65,7 +65,7 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
     )
 
 
-@verb
+@checked
 def folds(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
@@ -85,7 +85,7 @@ def folds(
     ------
     SceneError
         If the start state is not a stable equilibrium; the message names those that are.
-    PolicyError, SolverError
+    OptionError, SolverError
         For a mesh that cannot be, a continuation that fails.
 
     Examples
@@ -99,7 +99,7 @@ def folds(
     return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
 
 
-@verb
+@checked
 def normal_forms(
     scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
@@ -111,7 +111,7 @@ def normal_forms(
     return ramp_normal_forms(problem, start, scene, steps)
 
 
-@verb
+@checked
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible: bool = False) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -121,7 +121,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible:
     return vibrations(problem, start, scene, count)
 
 
-@verb
+@checked
 def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> float:
     """The angle (rad) at which the planar state at rest loses its stability out of its plane.
 
@@ -136,7 +136,7 @@ def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = F
     return plane.leaves_plane(scene, **checked_mesh(elements, extensible))
 
 
-@verb
+@checked
 def equilibria(
     scene: Scene,
     *,
@@ -157,7 +157,7 @@ def equilibria(
     return curve.as_branch(scene, policy, "kirchhoff", problem.arclength)
 
 
-@verb
+@checked
 def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> RestState:
     """The scene's start state at alpha = 0: stable, whatever the compression and shear.
 
@@ -168,7 +168,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     return _rest(problem, frames, 0.0, 0, scene)
 
 
-@verb
+@checked
 def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> tuple[str, ...]:
     """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
 
@@ -178,7 +178,7 @@ def stable_states(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = 
     return states.stable(scene, **checked_mesh(elements, extensible))
 
 
-@verb
+@checked
 def pitchforks(
     compression: float,
     *,
@@ -199,7 +199,7 @@ def pitchforks(
 
     Raises
     ------
-    SceneError, PolicyError, SolverError
+    SceneError, OptionError, SolverError
         As in `folds`.
     """
     scene = Scene(
@@ -208,7 +208,7 @@ def pitchforks(
     return shear.pitchforks(scene, **checked_mesh(elements, extensible))
 
 
-@verb
+@checked
 def shear_curves(
     compression: float,
     *,
@@ -249,7 +249,7 @@ def _landing(
     return passed, None
 
 
-@verb
+@checked
 def saddle(
     scene: Scene,
     angle: float,
@@ -270,7 +270,7 @@ def saddle(
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         As in `folds`.
     SolverError
         If there is no such saddle at the angle.
@@ -286,7 +286,7 @@ def saddle(
     return _rest(problem, point.state, angle, 1, scene)
 
 
-@verb
+@checked
 def skipping_bound(
     scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
 ) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ribbonfem.model_info import Declared
+from ribbonfem.model_info import ModelInfo
 from ribbonfem.stepping.methods import ALL_METHODS, method_of
 
-DECLARED = Declared(
+MODEL_INFO = ModelInfo(
     name="kirchhoff",
     mesh="elements",
     least=4,

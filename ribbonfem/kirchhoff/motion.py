@@ -31,8 +31,8 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.frozen import handed_over
-from ribbonfem.options import require_duration, verb
+from ribbonfem.frozen import freeze
+from ribbonfem.options import checked, require_duration
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
@@ -88,7 +88,7 @@ _COLUMNS = Columns(0, 1, HEIGHT, arrays.SLOPE, VELOCITY, KINETIC, KEPT)
 _warm: set[Callable[..., int]] = set()
 
 
-@verb
+@checked
 def simulate(
     scene: Scene,
     *,
@@ -144,7 +144,7 @@ def simulate(
     ------
     SceneError
         For a scene without `stop`, or whose start is not a stable equilibrium.
-    PolicyError
+    OptionError
         For a policy value that cannot be.
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
@@ -324,7 +324,7 @@ class Loop:
         # velocities of a mean of forces ring from step to step
         per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
         taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
-        rows, *configurations = map(handed_over, taken)
+        rows, *configurations = map(freeze, taken)
         clock = self.motion.clock
         columns = rows.T
         kept = dict(zip(("positions", "normals"), configurations, strict=False))
@@ -349,7 +349,7 @@ class Loop:
             scene=scene,
             policy=policy,
             model="kirchhoff",
-            steps=handed_over(steps),
+            steps=freeze(steps),
         )
 
 

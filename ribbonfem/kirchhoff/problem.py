@@ -23,7 +23,7 @@ from ribbonfem.closed_form import euler
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
 from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
 from ribbonfem.linalg.banded import Arrow
-from ribbonfem.options import PolicyError, flag, require_memory, whole_number
+from ribbonfem.options import OptionError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
 
@@ -358,6 +358,6 @@ def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:
     """The keywords of `Statics`, checked."""
     count = whole_number("elements", elements, 4)
     if count % 2:
-        raise PolicyError(f"elements = {count}: must be even, so that midspan is a node")
+        raise OptionError(f"elements = {count}: must be even, so that midspan is a node")
     require_memory("elements", elements, 4e4 * count, "the mesh")
     return {"elements": count, "extensible": flag("extensible", extensible)}

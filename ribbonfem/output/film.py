@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from compare.archive import whole
 from ribbonfem import Branch, History
+from ribbonfem.output.files import whole
 
 from .curve import Curve
 from .perspective import fit

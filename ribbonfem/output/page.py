@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from compare.archive import write_whole
 from ribbonfem import Branch, History
 from ribbonfem.options import whole_number
+from ribbonfem.output.files import write_whole
 from ribbonfem.results import Array
 
 from .curve import Curve
@@ -97,13 +97,13 @@ def page(
         f"{scene.start}, dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.rate:g} rad/s, "
         f"nu {scene.damping:g} /s: {history.model}"
     )
-    here = files("compare") / "face"
-    text = (here / "view.html").read_text(encoding="utf-8")
+    here = files("ribbonfem") / "output"
+    text = (here / "page.html").read_text(encoding="utf-8")
     # nothing that is put in may end the script that it stands in
     parts = {
         "title": html.escape(title),
         "data": data.replace("</", "<\\/"),
-        "code": (here / "view.js").read_text(encoding="utf-8"),
+        "code": (here / "page.js").read_text(encoding="utf-8"),
     }
     for name, content in parts.items():
         text = text.replace(f"[[{name}]]", content)

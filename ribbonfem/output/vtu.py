@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from compare.archive import whole, write_whole
 from ribbonfem import Branch, History
+from ribbonfem.output.files import whole, write_whole
 from ribbonfem.results import Array
 
 from .surface import Strip, of_result

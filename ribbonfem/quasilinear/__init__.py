@@ -14,10 +14,10 @@ from .functions import (
     normal_forms,
     simulate,
 )
-from .info import DECLARED
+from .info import MODEL_INFO
 
 __all__ = [
-    "DECLARED",
+    "MODEL_INFO",
     "ClosedFormBranch",
     "ClosedFormFold",
     "closed_form_branch",

@@ -1,4 +1,4 @@
-"""The verbs of the quasi-linear beam."""
+"""The functions of the quasi-linear beam."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ribbonfem.continuation import Steps, equilibrium
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
-from ribbonfem.options import verb
+from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
@@ -43,7 +43,7 @@ __all__ = [
 TOLERANCE = 1e-5
 
 
-@verb
+@checked
 def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tuple[Fold, ...]:
     """The folds that a very slow ramp meets (one, at mu = 1.7818 from U+ as alpha grows).
 
@@ -55,7 +55,7 @@ def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tu
 
     Raises
     ------
-    SceneError, PolicyError, SolverError
+    SceneError, OptionError, SolverError
         For a sheared scene, a mesh that cannot be, a continuation that fails.
     """
     problem = Statics(scene, elements)
@@ -64,7 +64,7 @@ def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tu
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
-@verb
+@checked
 def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
@@ -74,7 +74,7 @@ def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
     return ramp_normal_forms(problem, problem.start(), scene)
 
 
-@verb
+@checked
 def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
@@ -84,7 +84,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
     return natural_frequencies(problem, equilibrium(problem, problem.start(), 0.0)[0], 0.0, count)
 
 
-@verb
+@checked
 def equilibria(
     scene: Scene,
     *,
@@ -121,7 +121,7 @@ def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, 
     return observe
 
 
-@verb
+@checked
 def simulate(
     scene: Scene,
     *,
@@ -156,7 +156,7 @@ def simulate(
 
     Raises
     ------
-    SceneError, PolicyError
+    SceneError, OptionError
         For a sheared scene, one without `stop`, a policy that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
@@ -187,7 +187,7 @@ def simulate(
     return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)
 
 
-@verb
+@checked
 def escape(
     scene: Scene,
     *,
@@ -211,7 +211,7 @@ def escape(
 
     Raises
     ------
-    PolicyError, SolverError
+    OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)

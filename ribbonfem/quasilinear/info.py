@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ribbonfem.model_info import Declared
+from ribbonfem.model_info import ModelInfo
 from ribbonfem.stepping.control import ADAPTIVE, ORDERS
 
-DECLARED = Declared(
+MODEL_INFO = ModelInfo(
     name="quasilinear",
     mesh="elements",
     least=4,

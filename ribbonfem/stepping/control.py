@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from ribbonfem.options import PolicyError, choice, local_error, positive
+from ribbonfem.options import OptionError, choice, local_error, positive
 from ribbonfem.results import DEPARTED
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import Tableau
@@ -67,11 +67,11 @@ class Control:
 
         Raises
         ------
-        PolicyError
+        OptionError
             Naming the value; also if both `step` and `tolerance` are given.
         """
         if step is not None and tolerance is not None:
-            raise PolicyError(f"step = {step!r} and tolerance = {tolerance!r}: give one of them, not both")
+            raise OptionError(f"step = {step!r} and tolerance = {tolerance!r}: give one of them, not both")
         if step is None:
             tolerance = local_error("tolerance", default_tolerance if tolerance is None else tolerance)
         return cls(

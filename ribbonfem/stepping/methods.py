@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ribbonfem import tableaus
-from ribbonfem.options import PolicyError, choice, positive
+from ribbonfem.options import OptionError, choice, positive
 from ribbonfem.scene import shown
 from ribbonfem.tableaus import Tableau
 
@@ -103,7 +103,7 @@ def generalised_alpha(spectral_radius: float = 0.8) -> Method:
     """
     rho = positive("spectral_radius", spectral_radius)
     if rho > 1.0:
-        raise PolicyError(f"spectral_radius = {rho!r}: must be in (0, 1]")
+        raise OptionError(f"spectral_radius = {rho!r}: must be in (0, 1]")
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     shift = alpha_m - alpha_f
     gamma, beta = 0.5 - shift, 0.25 * (1.0 - shift) ** 2
@@ -127,7 +127,7 @@ def method_of(
     if name == "generalised-alpha":
         return generalised_alpha() if spectral_radius is None else generalised_alpha(spectral_radius)
     if spectral_radius is not None:
-        raise PolicyError(
+        raise OptionError(
             f"spectral_radius = {shown(spectral_radius)}: only for method = 'generalised-alpha', not "
             f"{shown(method)}"
         )

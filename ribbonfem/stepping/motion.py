@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ribbonfem.frozen import handed_over
+from ribbonfem.frozen import freeze
 from ribbonfem.results import Array, History, SolverError
 from ribbonfem.rows import Rows
 from ribbonfem.scene import Scene
@@ -49,7 +49,7 @@ class Motion:
         second = scene.ribbon.inertial_time
         units = (second, 1.0, length, *(length**2,) * 4, 1.0, length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
-        whole, positions, curvature = map(handed_over, taken)
+        whole, positions, curvature = map(freeze, taken)
         time, angle, height, *energies, load, velocity, _, slope = whole.T
         history = History(
             time=time,
@@ -65,7 +65,7 @@ class Motion:
             scene=scene,
             policy=policy,
             model=model,
-            steps=handed_over(steps),
+            steps=freeze(steps),
         )
         if self.problem:
             where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"

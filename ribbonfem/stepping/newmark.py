@@ -146,7 +146,7 @@ def integrate(
 
     Raises
     ------
-    PolicyError, SceneError
+    OptionError, SceneError
         For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
     nodes = observe(q[None], w[None])[1].shape[1]

@@ -2,6 +2,6 @@
 
 from compare.reproduction.delays import Cell, rates_for, ratio_limit, slope_of
 
-from .command import QUESTION, main
+from .command import COMMAND, main
 
-__all__ = ["QUESTION", "Cell", "main", "rates_for", "ratio_limit", "slope_of"]
+__all__ = ["COMMAND", "Cell", "main", "rates_for", "ratio_limit", "slope_of"]

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.delays import (
     DAMPINGS,
@@ -198,7 +198,7 @@ def values(found: Delays) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="delay",
     title="The delay of the snap, and theory without a free parameter",
     takes="some 15 minutes",

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Literal
 
 from compare.diagrams.diagram import MOST_SAMPLES, SAMPLES
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.delays import DAMPINGS, require_ranges
 from compare.reproduction.maps import NAMED_SELECTION, NAMED_SKIPPING
@@ -196,7 +196,7 @@ def values(found: Figures) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="figures",
     title="The paper's figures and claims",
     takes="some 15 minutes",

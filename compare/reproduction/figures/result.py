@@ -1,4 +1,4 @@
-"""What the question of the paper's figures found, enough to draw and judge everything again."""
+"""What the command of the paper's figures found, enough to draw and judge everything again."""
 
 from __future__ import annotations
 

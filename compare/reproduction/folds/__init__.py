@@ -1,5 +1,5 @@
 """Folds and states of the ribbon at rest, finite elements against rods."""
 
-from .command import QUESTION
+from .command import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

@@ -13,7 +13,7 @@ import numpy as np
 import der
 from compare.limits import edge_ratio, of_folds, triple_order, two_point
 from compare.models import timed, warm_up
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.paths import Paths, Swept, paths_of, swept_scene
 from compare.sweep import Progress, Sweep
@@ -386,7 +386,7 @@ def values(found: Folds) -> dict[str, Any]:
     return {**found.records, **shear.values(found.sheared)}
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="folds",
     title="The ribbon at rest: folds and states",
     takes="some 50 seconds",

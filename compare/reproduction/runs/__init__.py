@@ -1,5 +1,5 @@
 """Which shapes are skipped and which are chosen?  The paper's named cases (section 7)."""
 
-from .command import QUESTION
+from .command import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

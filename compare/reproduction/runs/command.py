@@ -10,7 +10,7 @@ import numpy as np
 
 import der
 from compare.chooser.refinement import SCATTER
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.cases import CaseVerdict, compiled, cost, settled
 from compare.reproduction.named import CASES
@@ -183,7 +183,7 @@ def values(found: NamedCases) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="cases",
     title="Mode skipping and selection: the paper's named cases",
     takes="some 5 minutes",

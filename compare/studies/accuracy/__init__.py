@@ -1,5 +1,5 @@
 """Speed against error of every model, mesh, method and step."""
 
-from .study import QUESTION
+from .study import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

@@ -17,10 +17,10 @@ from compare.quantities.measure import (
     defaults_of,
     energy_at,
     fold_angles,
+    function_of,
     run,
     shape_at,
     unknowns,
-    verb_of,
 )
 from ribbonfem import Scene, SolverError
 from ribbonfem.results import Array, History
@@ -208,15 +208,15 @@ def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
 
 
 def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
-    """The policy that a model's verb takes if it is given none, in full.
+    """The policy that a model's function takes if it is given none, in full.
 
     From the signature; where that leaves a value open (None), from what the run says it was made with.
     """
-    verb = "simulate" if dynamic else "folds"
-    found = dict(defaults_of(family.model, verb))
+    function = "simulate" if dynamic else "folds"
+    found = dict(defaults_of(family.model, function))
     if dynamic:
         still = _planar(0.40, 1.0, 1.0, 1e-9)
-        history: History = verb_of(family.model, "simulate")(still, **family.fixed)
+        history: History = function_of(family.model, "simulate")(still, **family.fixed)
         found.update(history.policy)
     return {name: found[name] for name in _NAMED if found.get(name) is not None}
 

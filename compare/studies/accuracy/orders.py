@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from compare.models import DECLARED
+from compare.models import MODEL_INFO
 from compare.quantities.convergence import Convergence, convergence
 from ribbonfem import Scene
 
@@ -114,19 +114,19 @@ def _in_motion() -> list[Study]:
                 _LONG_STEPS if method == "esdirk4" else _STEPS,
                 {"elements": 4} | stretching,
             )
-            for method in DECLARED["kirchhoff"].methods
+            for method in MODEL_INFO["kirchhoff"].methods
         ]
     for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
         found += [
             _in_step(planar, label, model, _MOVING_BEAM, method, _STEPS, {"elements": elements})
-            for method in DECLARED["elastica"].methods
+            for method in MODEL_INFO["elastica"].methods
         ]
     # an iteration stopped early leaves an error that does not fall with the step
     exact = {"nodes": 26, "newton_tolerance": 1e-11}
     for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
         found += [
             _in_step(group, "DER", "der", scene, method, _ROD_STEPS, exact)
-            for method in DECLARED["der"].methods
+            for method in MODEL_INFO["der"].methods
             if method != "verlet"
         ]
     return found

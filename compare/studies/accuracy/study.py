@@ -14,7 +14,7 @@ import numpy as np
 
 from compare.quantities.convergence import Convergence
 from compare.quantities.measure import MODELS, Shape
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
 from ribbonfem import SolverError
@@ -369,7 +369,7 @@ def values(found: Accuracy) -> dict[str, Any]:
     return {**_numbers(found), "ranking": None if found.ranked is None else vars(found.ranked)}
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="accuracy",
     title=lambda found: "One row of the accuracy report" if found.alone else "Speed against error",
     takes="some 8 minutes",

@@ -1,5 +1,5 @@
 """The laws by which the cheapest model is chosen, measured anew."""
 
-from .study import QUESTION
+from .study import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

@@ -18,7 +18,7 @@ from compare.chooser.trials import (
     random_planar,
 )
 from compare.models import warm_up
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, elastica
@@ -345,7 +345,7 @@ def files(found: Calibration) -> dict[str, str]:
     return {FILE: json.dumps(found.laws, separators=(",", ":")) + "\n"}
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="calibrate",
     title="The laws behind the chooser",
     takes="some 20 minutes",

@@ -1,5 +1,5 @@
 """Speed at equal error against other programs: planar snap, ribbon snap, the static branch."""
 
-from .study import QUESTION
+from .study import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

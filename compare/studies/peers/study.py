@@ -12,7 +12,7 @@ import der
 from compare.external import auto as peer_auto
 from compare.external import exudyn as peer_exudyn
 from compare.external import pyelastica as peer_pyelastica
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Progress, Sweep
 from ribbonfem import elastica
@@ -262,7 +262,7 @@ def values(found: Peers) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="peers",
     title="Other programs on the same scenes",
     takes="some 15 minutes with all of them",

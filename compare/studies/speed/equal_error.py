@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compare.limits import edge_ratio, limit_of, two_point
-from compare.quantities.measure import forget, verb_of
+from compare.quantities.measure import forget, function_of
 from compare.report.section import Table
 from ribbonfem import Scene, SolverError
 
@@ -53,7 +53,7 @@ def _snap(model: str, scene: Scene, policy: Policy) -> tuple[float, float]:
     """The angle of the snap and CPU seconds, the start's among them."""
     forget(model)
     begin = time.process_time()
-    history = verb_of(model, "simulate")(scene, configurations=False, until="snap", **policy)
+    history = function_of(model, "simulate")(scene, configurations=False, until="snap", **policy)
     seconds = time.process_time() - begin
     found = history.crossing("height")
     if found is None:

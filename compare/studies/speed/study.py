@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import der
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Progress, Sweep
 from der import profile
@@ -246,7 +246,7 @@ def values(found: Speed) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="speed",
     title="The rod's time loop",
     takes="half a minute; with --equal-error two",

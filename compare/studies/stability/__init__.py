@@ -1,5 +1,5 @@
 """Hard cases, in motion and at rest, with every method and model."""
 
-from .study import QUESTION
+from .study import COMMAND
 
-__all__ = ["QUESTION"]
+__all__ = ["COMMAND"]

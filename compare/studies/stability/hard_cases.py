@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ribbonfem import Ribbon, Scene, SceneError
-from ribbonfem.options import PolicyError
+from ribbonfem.options import OptionError
 
 RODS, KIRCHHOFF, ELASTICA, QUASILINEAR = "DER", "Kirchhoff", "elastica", "quasi-linear"
 PATH_1: dict[str, Any] = {"compression": 0.40, "shear": 0.37, "start": "U+S-"}
@@ -120,7 +120,7 @@ def is_refusal(error: Exception) -> bool:
     """
     if isinstance(error, SceneError):
         return re.match(rf"(Scene\.|Ribbon\.)?({_FIELDS}) = ", str(error)) is not None
-    return isinstance(error, PolicyError) and re.match(r"\w+ = ", str(error)) is not None
+    return isinstance(error, OptionError) and re.match(r"\w+ = ", str(error)) is not None
 
 
 def told(error: Exception) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import der
-from compare.report.registry import Question
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
 from ribbonfem import Scene
@@ -116,7 +116,7 @@ def values(found: HardCases) -> dict[str, Any]:
     }
 
 
-QUESTION = Question(
+COMMAND = Command(
     name="stability",
     title="Hard cases",
     takes="some 6 minutes",

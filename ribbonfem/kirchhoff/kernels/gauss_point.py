@@ -82,7 +82,7 @@ def dot(a: Vector, b: Vector) -> Value:
 def bend(
     stiff: Array, soft: float, q: Quaternion, p: Quaternion, n: Vector
 ) -> tuple[Quaternion, Quaternion, Vector, Value]:
-    """Derivatives in q and p of the density of `second_derivatives`, the tangent, and n.t.
+    """Derivatives in q and p of the density of `point_hessian`, the tangent, and n.t.
 
     In products of quaternions: with m the body moment, d(m.kappa) is 2 q m along dp and -2 p m along dq,
     and d(n.t) is -2 n q i, each over |q|^2 and less its part along q.
@@ -180,7 +180,7 @@ def _put_rows(
 
 
 @compiled(**INLINED)
-def second_derivatives(
+def point_hessian(
     stiff: Array, soft: float, q: Quaternion, p: Quaternion, n: Vector, hess: Array
 ) -> tuple[Quaternion, Quaternion, Vector, Value, Rows]:
     """Derivatives of the density of the Lagrangian at a Gauss point of four elements.

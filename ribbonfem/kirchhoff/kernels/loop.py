@@ -22,9 +22,9 @@ from ribbonfem.stepping.kernels.arrays import (
     PLACES,
     TIME,
     VELOCITY,
+    ModelFunctions,
     Ramp,
     Scheme,
-    Verbs,
 )
 from ribbonfem.stepping.kernels.loop import loop_of
 
@@ -321,11 +321,11 @@ def _record(model: Moving, rows: Array, row: int) -> None:
 
 
 _loop = loop_of(
-    Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
 )
 # a loop of its own: two solvers in one are no longer compiled into it, which costs both
 _mean_loop = loop_of(
-    Verbs(
+    ModelFunctions(
         _project,
         _rescale,
         _mean_begin,

@@ -27,7 +27,7 @@ from .gauss_point import (
     dot,
     interpolated,
     interpolated_fours,
-    second_derivatives,
+    point_hessian,
     strains_of,
     stretched,
     tangent_of,
@@ -146,7 +146,7 @@ def assemble(
         for k in range(points):
             q, p = interpolated_fours(value, slope, group, k, frames, degree)
             weight = load(weights, (group, k))
-            gq, gp, t, pull, dt = second_derivatives(stiff, soft, q, p, n, hess)
+            gq, gp, t, pull, dt = point_hessian(stiff, soft, q, p, n, hess)
             _add_forces(n, t, pull, soft, weight, sums)
             change = stretched(n, pull, soft, soft, t, dt)
             for i in range(size):

@@ -20,7 +20,7 @@ from .gauss_point import (
     Vector,
     dot,
     interpolated_fours,
-    second_derivatives,
+    point_hessian,
     stretched,
 )
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
@@ -106,7 +106,7 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     for k in range(P):
         q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
         force = force_at(n, group, k)
-        gq, gp, t, _, dt = second_derivatives(rod.stiff, rod.soft, q, p, force, s.hess)
+        gq, gp, t, _, dt = point_hessian(rod.stiff, rod.soft, q, p, force, s.hess)
         _fill_gap(rod, s, group, k, force, t, dt, sigma, impulsive)
         if not impulsive:
             weight = load(rod.four.weights, (group, k))

@@ -114,7 +114,7 @@ class Ramp(NamedTuple):
     least_growth: float  # a step grows by this factor at least, or stays
 
 
-class Verbs(NamedTuple):
+class ModelFunctions(NamedTuple):
     """What a model does for the time loop (`loop.run`), compiled functions whose first argument is the model.
 
     The model is a tuple of its own, the state at the last accepted instant in it.  What it predicts from a

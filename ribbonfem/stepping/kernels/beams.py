@@ -5,7 +5,7 @@ from __future__ import annotations
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
-from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, VELOCITY, Beam, Ramp, Scheme, Tables, Verbs
+from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, VELOCITY, Beam, ModelFunctions, Ramp, Scheme, Tables
 from .elastica import measure_elastica, newton_elastica, project_elastica
 from .loop import loop_of
 from .quasilinear import measure_quasilinear, newton_quasilinear, project_quasilinear
@@ -185,7 +185,7 @@ def _record(beam: Beam, rows: Array, row: int) -> None:
 
 
 _loop = loop_of(
-    Verbs(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
 )
 
 

@@ -1,6 +1,6 @@
 """The time loop of all finite elements in motion: stages, control of steps, kinks of the clamp, rows.
 
-It knows a model by its `Verbs` alone: a model makes its own loop of them (`beams.run`,
+It knows a model by its `ModelFunctions` alone: a model makes its own loop of them (`beams.run`,
 `kirchhoff.kernels.loop.run`).
 """
 
@@ -49,9 +49,9 @@ from .arrays import (
     STUCK,
     TIME,
     WORK,
+    ModelFunctions,
     Ramp,
     Scheme,
-    Verbs,
 )
 
 
@@ -126,9 +126,9 @@ def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
     return FULL
 
 
-def loop_of(verbs: Verbs) -> Callable[..., int]:
-    """The time loop of the models that have these verbs, compiled."""
-    project, rescale, begin, stage, flows, error_of, reject, accept, measure, record = verbs
+def loop_of(functions: ModelFunctions) -> Callable[..., int]:
+    """The time loop of the models that have these functions, compiled."""
+    project, rescale, begin, stage, flows, error_of, reject, accept, measure, record = functions
 
     def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.

@@ -7,8 +7,8 @@ from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
 
-from compare.archive import write_whole
 from ribbonfem import SceneError
+from ribbonfem.output.files import write_whole
 
 # in the order in which one might try them
 NAMES = (

@@ -1,0 +1,1 @@
+"""Measurements over many cases and configurations, each a command."""

@@ -1,0 +1,1 @@
+"""Linear algebra of the hot loops: banded matrices, operations on arrays."""
