@@ -19,14 +19,14 @@ ANEW = {
 }
 SCRIPT = """
 import sys
-from ribbonfem.jit import kept
-read, left = kept.read, []
+from ribbonfem.jit import cache
+read, left = cache.read, []
 def without(places, name, made):
     if name.startswith(sys.argv[2] + "-"):
         left.append(name)
         return None
     return read(places, name, made)
-kept.read, kept.write = without, lambda *_: None
+cache.read, cache.write = without, lambda *_: None
 from compare.compilation import digest_of
 print(digest_of(sys.argv[1]), len(left) > 0)
 """

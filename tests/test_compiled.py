@@ -184,8 +184,8 @@ def test_a_process_that_was_killed_while_it_compiled_stops_nobody(tmp_path):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
     process = running(
         tmp_path,
-        "import os\nfrom ribbonfem.jit import kept\n"
-        "kept.write = lambda *_: os.kill(os.getpid(), 9)\n" + COUNTED,
+        "import os\nfrom ribbonfem.jit import cache\n"
+        "cache.write = lambda *_: os.kill(os.getpid(), 9)\n" + COUNTED,
     )
     process.communicate()
     assert process.returncode == -9

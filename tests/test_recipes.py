@@ -29,7 +29,7 @@ COMMAND = '''
     from compare.sweep import Sweep
     from ribbonfem.closed_form import euler
 
-    from .registry import Command
+    from compare.report.registry import Command
 
 
     @dataclass(frozen=True)
@@ -69,7 +69,7 @@ MODEL = '''
 
     from ribbonfem.closed_form import closed_form_fold
     from ribbonfem.model_info import ModelInfo
-    from ribbonfem.options import function
+    from ribbonfem.options import checked
     from ribbonfem.results import Fold
 
     MODEL_INFO = ModelInfo(
@@ -171,11 +171,14 @@ def python(copy, *words, script=None):
     return done.stdout
 
 
-def test_a_question(copy):
+def test_a_command(copy):
     write(copy / "compare/commands/heights.py", COMMAND)
     registry = copy / "compare/report/registry.py"
     text = registry.read_text(encoding="utf-8")
-    registry.write_text(text.replace("ORDER = (\n", 'ORDER = (\n    "heights",\n'), encoding="utf-8")
+    registry.write_text(
+        text.replace("COMMANDS = {\n", 'COMMANDS = {\n    "heights": "compare.commands.heights",\n'),
+        encoding="utf-8",
+    )
     assert "How high is the buckled beam?" in python(copy, "-m", "compare", "--help")
     told = python(copy, "-m", "compare", "heights", "--json", "--compressions", "0.4", "--out", "report")
     assert json.loads(told)["heights"][0] == pytest.approx(0.37, abs=0.03)

@@ -131,8 +131,8 @@ def test_the_report_has_it_within_and_keeps_it_apart(tmp_path):
 
 
 def test_its_code_lies_in_files_of_its_own():
-    for name in ("view.html", "view.js"):
-        assert len((files("compare") / "face" / name).read_text(encoding="utf-8").splitlines()) <= 400
+    for name in ("page.html", "page.js"):
+        assert len((files("ribbonfem") / "output" / name).read_text(encoding="utf-8").splitlines()) <= 400
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium here")

@@ -6,7 +6,7 @@ and theta, the angle about the tangent counted from the step's first instant: wh
 conj(g0) g once the tangent has been carried along by the shortest rotation.  `v` and `a` are its
 rates.  The clamped nodes are the first and the last.
 
-What is done for every element is done for four at once (`compiled.lanes`): a group.  Arrays of a
+What is done for every element is done for four at once (`jit.simd`): a group.  Arrays of a
 group's values have an axis of groups first and one of `WIDTH` elements last; places without an
 element repeat the last one, so that nothing there is ever singular.
 """
