@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from numbers import Real
 from typing import Any
 
@@ -58,6 +59,25 @@ def field_number(owner: str, name: str, value: object) -> float:
         raise SceneError(f"{owner}.{name} = {shown(value)}: {error}") from None
 
 
+def refuse_unknown(owner: str, unknown: Mapping[str, object], fields: Iterable[str]) -> None:
+    """Raise a `SceneError` that names a field that there is not, the nearest, and those that there are."""
+    for name, value in unknown.items():
+        near = get_close_matches(name, tuple(fields), 1)
+        meant = f", perhaps {near[0]!r} is meant" if near else ""
+        raise SceneError(f"{owner}.{name} = {shown(value)}: there is no such field{meant}; there are {', '.join(fields)}")
+
+
+def _along(name: str, values: object) -> float | tuple[float, ...]:
+    """A natural curvature or twist: a number, or values at equal steps from clamp to clamp."""
+    if isinstance(values, Iterable) and not isinstance(values, (str, bytes)):
+        some = tuple(field_number("Ribbon", name, value.item() if isinstance(value, np.generic) else value) for value in values)
+        if len(some) < 2:
+            raise SceneError(f"Ribbon.{name} = {shown(values)}: a number, or two values and more along the ribbon")
+        # (a shape that is the same all along is a number)
+        return some if len(set(some)) > 1 else some[0]
+    return field_number("Ribbon", name, values)
+
+
 def _or_infinite(formula: Callable[[], float]) -> float:
     """The value of a formula, infinite where it is too large for a float or divides by zero."""
     try:
@@ -90,6 +110,7 @@ def _rounded(ratio: float) -> float:
 POISSON = 0.330157335786238
 _SIZES = ("length", "width", "thickness", "young", "density")
 _RATIOS = ("bending_ratio", "twist_ratio")
+_SHAPES = ("curvature", "twist")
 _KEEP: Any = object()
 
 
@@ -118,6 +139,14 @@ class Ribbon:
         about the width direction, the soft one; None to follow: 400 of the default section.
     twist_ratio:
         GJ/EI2; None to follow: 1.4562 of the default section.
+    curvature:
+        Natural curvature about the width, 1/m, > 0 bends an unloaded ribbon towards its normal: a number,
+        or values at equal steps of s from clamp to clamp, linear between.
+    twist:
+        Natural twist, rad/m, right-handed about the tangent; alike.
+    retardation:
+        Kelvin-Voigt time in s: every moment is stiffness x (strain + retardation x strain rate), and the
+        tension of an extensible ribbon too.
     ratios:
         Both of them as given, None where one follows: for `dataclasses.replace`, which hands on
         fields and could not tell a ratio that was given from one that follows.
@@ -147,6 +176,9 @@ class Ribbon:
     density: float = 1000.0
     poisson: float = POISSON
     ratios: tuple[float | None, float | None] = (None, None)
+    curvature: float | tuple[float, ...] = 0.0
+    twist: float | tuple[float, ...] = 0.0
+    retardation: float = 0.0
 
     def __init__(
         self,
@@ -160,7 +192,12 @@ class Ribbon:
         bending_ratio: float | None = _KEEP,
         twist_ratio: float | None = _KEEP,
         ratios: tuple[float | None, float | None] = (None, None),
+        curvature: float | Sequence[float] = 0.0,
+        twist: float | Sequence[float] = 0.0,
+        retardation: float = 0.0,
+        **unknown: object,
     ) -> None:
+        refuse_unknown("Ribbon", unknown, (*_SIZES, "poisson", *_RATIOS, *_SHAPES, "retardation"))
         for name, value in zip(_SIZES, (length, width, thickness, young, density), strict=True):
             object.__setattr__(self, name, self._positive(name, value))
         poisson = field_number("Ribbon", "poisson", poisson)
@@ -178,6 +215,12 @@ class Ribbon:
             for name, value in zip(_RATIOS, given, strict=True)
         ]
         object.__setattr__(self, "ratios", tuple(kept))
+        for name, values in zip(_SHAPES, (curvature, twist), strict=True):
+            object.__setattr__(self, name, _along(name, values))
+        retardation = field_number("Ribbon", "retardation", retardation)
+        if retardation < 0.0:
+            raise SceneError(f"Ribbon.retardation = {retardation!r}: must not be negative")
+        object.__setattr__(self, "retardation", retardation)
         for name in ("bending_stiffness", "stretch_ratio", "inertial_time", *_RATIOS):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -209,8 +252,10 @@ class Ribbon:
                 stacklevel=3,
             )
 
-    def _values(self) -> tuple[float, ...]:
-        return tuple(getattr(self, name) for name in (*_SIZES, "poisson", *_RATIOS))
+    def _values(self) -> tuple[Any, ...]:
+        return tuple(
+            getattr(self, name) for name in (*_SIZES, "poisson", *_RATIOS, *_SHAPES, "retardation")
+        )
 
     def __eq__(self, other: object) -> bool:
         return self._values() == other._values() if isinstance(other, Ribbon) else NotImplemented
@@ -221,6 +266,7 @@ class Ribbon:
     def __repr__(self) -> str:
         values = {name: getattr(self, name) for name in (*_SIZES, "poisson")}
         values |= {name: value for name, value in zip(_RATIOS, self.ratios, strict=True) if value is not None}
+        values |= {name: value for name in (*_SHAPES, "retardation") if (value := getattr(self, name))}
         return f"Ribbon({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     @property
@@ -265,6 +311,25 @@ class Ribbon:
         return _or_infinite(
             lambda: ((self.width / self.length) ** 2 + (self.thickness / self.length) ** 2) / 12.0
         )
+
+    @property
+    def weight_ratio(self) -> float:
+        """Weight per length in EI2/L^3 at 1 m/s2: 12 rho L^3 / (E h^2)."""
+        return _or_infinite(lambda: 12.0 * self.density * self.length**3 / (self.young * self.thickness**2))
+
+    @property
+    def shaped(self) -> bool:
+        """Whether the ribbon has a natural curvature or twist."""
+        return self.curvature != 0.0 or self.twist != 0.0
+
+    def natural(self, s: Any) -> tuple[Any, Any]:
+        """Natural curvature about the width and twist, in 1/L, at s/L."""
+
+        def along(values: float | tuple[float, ...]) -> Any:
+            points = np.atleast_1d(np.asarray(values, dtype=float)) * self.length
+            return np.interp(s, np.linspace(0.0, 1.0, len(points)), points)
+
+        return along(self.curvature), along(self.twist)
 
     @property
     def one_stiffness(self) -> bool:

@@ -1,41 +1,56 @@
 """What happens to the ribbon: the statement of the problem, and nothing of how it is computed.
 
 The ribbon is clamped at both ends.  Its right clamp is moved to ``x = L - dL``, ``y = -dW`` and
-kept; the left clamp (or the right one) then turns about the y axis at a constant rate.  ``alpha > 0``
-turns the left tangent *down* (``t = [cos a, 0, -sin a]``) and so drives a state with ``z > 0`` towards
-``z < 0``; this is the sign of the paper's three-dimensional boundary conditions (section 3.1),
-and the planar models follow it too.
+kept; then one scalar, the control, moves what the scene's `Drive` says (`ribbonfem.drive`): by default the
+left clamp, which turns about the y axis.  ``alpha > 0`` turns its tangent *down* (``t = [cos a, 0, -sin a]``)
+and so drives a state with ``z > 0`` towards ``z < 0``; this is the sign of the paper's three-dimensional
+boundary conditions (section 3.1), and the planar models follow it too.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
 
-from .ribbon import Ribbon, SceneError, SceneWarning, as_number, field_number, shown
+import numpy as np
+
+from .drive import CONTROLS, LENGTHS, NAMED, ODD, TWISTS, Drive, as_drive, as_preset
+from .frozen import Frozen
+from .ribbon import Ribbon, SceneError, SceneWarning, as_number, field_number, refuse_unknown, shown
+from .schedule import Schedule
 
 __all__ = [
-    "CLAMPS",
     "PLANAR_STATES",
     "RIBBON_STATES",
+    "Drive",
     "Ribbon",
     "Scene",
     "SceneError",
     "SceneWarning",
+    "Schedule",
     "as_number",
     "shown",
     "swapped",
 ]
 
 PLANAR_STATES = ("U+", "U-")
-CLAMPS = ("left", "right")
 RIBBON_STATES = ("U+S+", "U+S-", "U-S+", "U-S-", "U+", "U-", "S+", "S-")
 # rad: three turns
 _TURNS = 6.0 * math.pi + 1e-6
 # |dW/L| up to which a rod of one stiffness turns as good as freely: the eigenvalue of that is some 10 dW^2
 _HARDLY = 1e-4
+# m/s2, of a ribbon whose weight nobody spoke of
+_GRAVITY = 9.81
+# rad/s, where neither rate nor schedule is given
+_RATE = 0.1
+# part of what the chord allows as far as which a length is followed without a stop; and of a force, EI2/L^2
+_FEASIBLE, _FORCE = 0.98, 100.0
+# ribbons whose weight has been spoken of
+_told: set[Ribbon] = set()
 
 
 def swapped(name: str) -> str:
@@ -47,12 +62,12 @@ def swapped(name: str) -> str:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, init=False, repr=False)
 class Scene:
-    """A pre-deformed ribbon of which one clamp is turned.
+    """A pre-deformed ribbon, and what is moved, how and how far.
 
-    At t = 0 the ribbon is at rest in the equilibrium `start`; the clamp's angular speed jumps
-    to `rate`, and at the angle `stop` it jumps back to 0.  Nothing is smoothed.
+    At t = 0 the ribbon is at rest in the equilibrium `start`; the control's speed jumps to `rate`, and at
+    `stop` it jumps back to 0.  Nothing is smoothed.  A `schedule` says the control in time instead.
 
     Parameters
     ----------
@@ -63,26 +78,39 @@ class Scene:
     start:
         The pre-deformed state: "U+" or "U-" without shear; with shear any of "U+S+", "U+S-",
         "U-S+", "U-S-", "U+", "U-", "S+", "S-".  Whether it is a stable equilibrium there is
-        for the models to say.
+        for the models to say.  It is named where nothing else acts; presets, loads and a natural shape are
+        then brought on together, at rest.
+    drive:
+        What the control moves: the name of a control ("left", "right", "twist_left", "twist_right",
+        "compression", "shear", "lift", "force"), "both" (clamps turn down alike), "opposed", or a `Drive`.
     rate:
-        rad/s, of either sign, not zero.
+        Of the control, per s, of either sign, not zero; 0.1 if there is no schedule.
     stop:
-        rad, with the sign of `rate`; None for the static functions, which need none.
+        Of the control, with the sign of `rate`; None for the static functions, which need none.
     hold:
-        s, how long the clamp is held at `stop`.
+        s, how long the control is kept at `stop`.
+    schedule:
+        A `Schedule` of the control, instead of `rate`, `stop` and `hold`.
+    preset:
+        Where other controls stand, by name.
+    gravity:
+        (gx, gy, gz) in m/s2; None for none.
     damping:
         nu in 1/s: a force -nu M v.
     ribbon:
         The `Ribbon`.
     turned:
-        The clamp that is turned, "left" or "right".  The right one is held at t = [cos a, 0, +sin a],
-        so that alpha > 0 still drives U+ towards U-; then U+S- has two folds and U+S+ one
-        (`ribbonfem.image`).
+        Deprecated: ``turned="right"`` is ``drive="right"``.
 
     Raises
     ------
     SceneError
         Naming the field, its value and what is allowed.
+
+    Warns
+    -----
+    SceneWarning
+        Of angles that look like degrees; once of a ribbon that is heavy, where nothing is said of gravity.
 
     Examples
     --------
@@ -96,20 +124,58 @@ class Scene:
     compression: float = 0.40
     shear: float = 0.37
     start: str = "U+S+"
-    rate: float = 0.1
+    drive: str | Drive = "left"
+    rate: float = _RATE
     stop: float | None = None
     hold: float = 0.0
+    schedule: Schedule | None = None
+    preset: Mapping[str, float] = field(default_factory=Frozen)
+    gravity: tuple[float, float, float] | None = None
     damping: float = 1.0
     ribbon: Ribbon = field(default_factory=Ribbon)
-    turned: str = "left"
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.turned, str) or self.turned not in CLAMPS:
-            raise SceneError(f"Scene.turned = {shown(self.turned)}: must be 'left' or 'right'")
-        for name in ("compression", "shear", "rate", "hold", "damping"):
-            object.__setattr__(self, name, field_number("Scene", name, getattr(self, name)))
+    def __init__(
+        self,
+        *,
+        compression: float = 0.40,
+        shear: float = 0.37,
+        start: str = "U+S+",
+        drive: str | Drive | Mapping[str, float] = "left",
+        rate: float = _RATE,
+        stop: float | None = None,
+        hold: float = 0.0,
+        schedule: Schedule | None = None,
+        preset: Mapping[str, float] | None = None,
+        gravity: tuple[float, float, float] | None = None,
+        damping: float = 1.0,
+        ribbon: Ribbon | None = None,
+        turned: str | None = None,
+        **unknown: object,
+    ) -> None:
+        refuse_unknown("Scene", unknown, [item.name for item in fields(Scene)])
+        if turned is not None:
+            if turned not in ("left", "right"):
+                raise SceneError(f"Scene.turned = {shown(turned)}: must be 'left' or 'right'")
+            warnings.warn(f"Scene.turned: say drive={turned!r}", DeprecationWarning, stacklevel=2)
+            drive = turned if drive == "left" else drive
+        given = {"compression": compression, "shear": shear, "rate": rate, "hold": hold, "damping": damping}
+        for name, value in given.items():
+            self._set(name, field_number("Scene", name, value))
+        self._set("ribbon", Ribbon() if ribbon is None else ribbon)
         if not isinstance(self.ribbon, Ribbon):
-            raise SceneError(f"Scene.ribbon = {shown(self.ribbon)}: a Ribbon is needed")
+            raise SceneError(f"Scene.ribbon = {shown(ribbon)}: a Ribbon is needed")
+        self._require_slack_and_state(start)
+        self._set("drive", as_drive(drive))
+        self._set("preset", as_preset({} if preset is None else preset, self.drives))
+        self._require_gravity(gravity)
+        self._require_motion(stop, schedule)
+        self._require_feasible()
+        self._warn()
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    def _require_slack_and_state(self, start: object) -> None:
         if not 0.0 < self.compression < 1.0:
             raise SceneError(f"Scene.compression = {self.compression!r}: must be in (0, 1)")
         # the chord over L: the ribbon has to be slack to buckle at all
@@ -119,65 +185,247 @@ class Scene:
                 f"Scene.shear = {self.shear!r}: with compression = {self.compression!r} its magnitude "
                 f"must be below {limit:.6g}, where the chord is as long as the ribbon"
             )
-        if not isinstance(self.start, str):
-            raise SceneError(f"Scene.start = {shown(self.start)}: the name of a state is needed (a string)")
+        if not isinstance(start, str):
+            raise SceneError(f"Scene.start = {shown(start)}: the name of a state is needed (a string)")
         allowed = RIBBON_STATES if self.shear else PLANAR_STATES
-        if self.start not in allowed:
+        if start not in allowed:
             what = "this sheared scene" if self.shear else "a scene with shear = 0"
-            raise SceneError(
-                f"Scene.start = {shown(self.start)}: the states of {what} are {', '.join(allowed)}"
-            )
+            raise SceneError(f"Scene.start = {shown(start)}: the states of {what} are {', '.join(allowed)}")
+        self._set("start", start)
+
+    def _require_gravity(self, gravity: object) -> None:
+        if gravity is not None:
+            try:
+                x, y, z = gravity  # type: ignore[misc]
+            except (TypeError, ValueError):
+                raise SceneError(
+                    f"Scene.gravity = {shown(gravity)}: three numbers in m/s2 are needed, (gx, gy, gz), or None"
+                ) from None
+            gravity = tuple(field_number("Scene", "gravity", g) for g in (x, y, z))
+        self._set("gravity", gravity)
+
+    def _require_motion(self, stop: object, schedule: object) -> None:
         if self.rate == 0.0:
             raise SceneError("Scene.rate = 0.0: must not be zero")
-        if self.stop is not None:
-            stop = field_number("Scene", "stop", self.stop)
-            object.__setattr__(self, "stop", stop)
+        if schedule is not None:
+            if not isinstance(schedule, Schedule):
+                raise SceneError(f"Scene.schedule = {shown(schedule)}: a Schedule is needed, or None")
+            for name, value, usual in (("rate", self.rate, _RATE), ("stop", stop, None), ("hold", self.hold, 0.0)):
+                if value != usual:
+                    raise SceneError(f"Scene.{name} = {shown(value)}: a schedule says this; give one of the two")
+            if schedule.jumps and self.drives.kind != "force":
+                raise SceneError(
+                    f"Scene.schedule: two values at one time are a jump, which is for drive='force' alone, "
+                    f"not for {self.drive!r}"
+                )
+        self._set("schedule", schedule)
+        if stop is not None:
+            stop = field_number("Scene", "stop", stop)
             if stop == 0.0 or (stop > 0.0) != (self.rate > 0.0):
                 side = "> 0" if self.rate > 0.0 else "< 0"
+                what = "angles" if self.drives.kind in ("turn", "twist") else "values"
                 raise SceneError(
-                    f"Scene.stop = {stop!r}: a ramp of rate = {self.rate!r} reaches only angles {side}"
+                    f"Scene.stop = {stop!r}: a ramp of rate = {self.rate!r} reaches only {what} {side}"
                 )
+        self._set("stop", stop)
         for name in ("hold", "damping"):
             if getattr(self, name) < 0.0:
                 raise SceneError(f"Scene.{name} = {getattr(self, name)!r}: must not be negative")
-        if self.stop is not None and abs(self.stop) > _TURNS:
+
+    def _require_feasible(self) -> None:
+        """The chord of every instant is shorter than the ribbon: a convex function of the control."""
+        if self.schedule is not None:
+            ends, where = self.schedule.extremes, "schedule"
+        else:
+            ends, where = (0.0, self.stop or 0.0), "stop" if self.stop else "preset"
+        for control in ends:
+            chord = self.chord(control)
+            if not np.linalg.norm(chord) < 1.0:
+                value = control if where != "preset" else dict(self.preset)
+                raise SceneError(
+                    f"Scene.{where} = {value!r}: the chord is {np.linalg.norm(chord):.6g} L there; it must be "
+                    "shorter than the ribbon"
+                )
+
+    def _warn(self) -> None:
+        turns = max(abs(self.drives.moved.get(name, 0.0)) for name in ("left", "right", *TWISTS))
+        if self.stop is not None and abs(self.stop) * turns > _TURNS:
             warnings.warn(
-                f"Scene.stop = {self.stop!r} rad is {abs(self.stop) / (2.0 * math.pi):.3g} turns: "
+                f"Scene.stop = {self.stop!r} rad is {abs(self.stop) * turns / (2.0 * math.pi):.3g} turns: "
                 "angles are in rad, not in degrees",
                 SceneWarning,
-                stacklevel=3,
+                stacklevel=4,
             )
+        if self.gravity is None and self.ribbon != Ribbon() and self.ribbon not in _told:
+            weight = _GRAVITY * self.ribbon.weight_ratio
+            if weight > 1.0:
+                _told.add(self.ribbon)
+                warnings.warn(
+                    f"Scene.gravity = None: nothing is said of weight, and the ribbon's is {weight:.3g} EI2/L^2 "
+                    f"at {_GRAVITY:g} m/s2; gravity=(0, 0, 0) says that none acts",
+                    SceneWarning,
+                    stacklevel=4,
+                )
+
+    def __repr__(self) -> str:
+        values = [(item.name, getattr(self, item.name), item.default) for item in fields(self)]
+        quiet = ("drive", "schedule", "preset", "gravity")
+        if self.schedule is not None:
+            quiet += ("rate", "stop", "hold")
+        told = [
+            f"{name}={dict(value) if name == 'preset' else value!r}"
+            for name, value, usual in values
+            if name not in quiet or (value if name == "preset" else value != usual)
+        ]
+        return f"Scene({', '.join(told)})"
 
     @property
     def in_words(self) -> str:
         """The scene in a line, for the caption of a table."""
-        stop = "" if self.stop is None else f" to {self.stop:g} rad"
-        held = f", held for {self.hold:g} s" if self.stop is not None and self.hold else ""
-        turned = "" if self.turned == "left" else ", right clamp turned"
+        drive, unit = self.drives, self.drives.unit
+        if self.schedule is not None:
+            ends, last = self.schedule.value, self.schedule.time[-1]
+            moves = f"schedule {ends[0]:g} .. {self.schedule.furthest:g} {unit}, {last:g} s"
+        else:
+            stop = "" if self.stop is None else f" to {self.stop:g} {unit}".rstrip()
+            held = f", held for {self.hold:g} s" if self.stop is not None and self.hold else ""
+            moves = f"{self.rate:g} {unit}/s{stop}{held}"
+        told = "" if self.drive == "left" else f", {self.drive if isinstance(self.drive, str) else drive!r} driven"
+        told += "".join(f", {name} {value:g}" for name, value in self.preset.items())
+        if self.gravity is not None and any(self.gravity):
+            told += f", gravity ({', '.join(f'{g:g}' for g in self.gravity)}) m/s2"
+        if self.ribbon.shaped:
+            told += ", naturally bent"
         return (
-            f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {self.rate:g} rad/s{stop}{held}, "
-            f"nu {self.damping:g} /s{turned}"
+            f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {moves}, nu {self.damping:g} /s{told}"
+        )
+
+    @property
+    def turned(self) -> str:
+        """The clamp that turns, "left" or "right": the old name of `drive`.
+
+        Raises
+        ------
+        SceneError
+            Where something else moves.
+        """
+        if self.drive not in ("left", "right"):
+            raise SceneError(f"Scene.turned: what moves is drive = {self.drive!r}")
+        return str(self.drive)
+
+    @cached_property
+    def drives(self) -> Drive:
+        """The `Drive` that `drive` names or is."""
+        return self.drive if isinstance(self.drive, Drive) else NAMED[self.drive]
+
+    @property
+    def turning(self) -> bool:
+        """Whether the control is an angle of clamps that turn, and nothing else moves."""
+        return self.drives.kind == "turn"
+
+    @property
+    def begin(self) -> float:
+        """Where the control is at the start."""
+        return 0.0 if self.schedule is None else self.schedule.value[0]
+
+    @property
+    def direction(self) -> float:
+        """The sign of the control's first change."""
+        return math.copysign(1.0, self.rate) if self.schedule is None else self.schedule.direction
+
+    @property
+    def furthest(self) -> float | None:
+        """How far a ramp goes: `stop`, or the schedule's extreme in its direction; None without either."""
+        return self.stop if self.schedule is None else self.schedule.furthest
+
+    @cached_property
+    def reach(self) -> float:
+        """How far the control is followed where nothing says how far: what a bench and the chord allow.
+
+        Three turns of clamps and twists, 100 EI2/L^2 of a force, .98 of what the chord allows of lengths, in
+        the control's direction: a magnitude counted from 0.
+        """
+        moved = self.drives.moved
+        far = [
+            3.0 * 2.0 * math.pi / abs(by) if name not in (*LENGTHS, "force") else _FORCE / abs(by)
+            for name, by in moved.items()
+            if name not in LENGTHS
+        ]
+        rate = self.chord(1.0) - self.chord(0.0)
+        if rate.any():
+            first = self.chord(0.0)
+            # |first + x rate| = 1
+            a, b, c = rate @ rate, self.direction * (first @ rate), first @ first - 1.0
+            far.append(_FEASIBLE * (-b + math.sqrt(b * b - a * c)) / a)
+        return float(min(far))
+
+    def controls(self, control: float) -> dict[str, float]:
+        """Every control, by name, where the scalar is `control`; dL/L and dW/L are the scene's besides."""
+        moved = self.drives.moved
+        return {name: self.preset.get(name, 0.0) + moved.get(name, 0.0) * control for name in CONTROLS}
+
+    def chord(self, control: float) -> Any:
+        """r(L) - r(0), (3,) in L."""
+        at = self.controls(control)
+        return np.array(
+            [1.0 - self.compression - at["compression"], -self.shear - at["shear"], at["lift"]]
         )
 
     @cached_property
-    def image(self) -> Scene:
-        """The scene with the other clamp turned, whose motion is this one's image: S changes its sign."""
-        return replace(self, start=swapped(self.start), turned="left" if self.turned == "right" else "right")
+    def weight(self) -> tuple[float, float, float]:
+        """Weight per length (wx, wy, wz), EI2/L^3."""
+        x, y, z = (g * self.ribbon.weight_ratio for g in self.gravity or (0.0, 0.0, 0.0))
+        return x, y, z
+
+    @cached_property
+    def plain(self) -> Scene:
+        """The scene at rest without presets, loads and natural shape: where its `start` is named."""
+        if not self.dressed:
+            return self.at_rest
+        bare = {"preset": {}, "gravity": (0.0, 0.0, 0.0), "ribbon": replace(self.ribbon, curvature=0.0, twist=0.0)}
+        return replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0, schedule=None, **bare)  # type: ignore[arg-type]
+
+    @property
+    def dressed(self) -> bool:
+        """Whether anything acts at the start besides dL and dW: presets, weight, a natural shape."""
+        return bool(self.preset) or any(self.weight) or self.ribbon.shaped or self.begin != 0.0
 
     @cached_property
     def mirror(self) -> Scene:
-        """The mirror image z -> -z: U changes its sign and the clamp turns the other way."""
+        """The mirror image z -> -z: U changes its sign, and what is turned, twisted, lifted or pushed too."""
         start = self.start.translate(str.maketrans("+-", "-+")) if len(self.start) == 2 else self.start
         if len(self.start) == 4:
             start = f"U{'-' if self.start[1] == '+' else '+'}{self.start[2:]}"
         elif self.start[0] == "S":
             start = self.start
-        return replace(self, start=start, rate=-self.rate, stop=None if self.stop is None else -self.stop)
+        moved = self.drives.moved
+        # the control changes its sign, unless all that moves is the same in the image
+        back = any(name in ODD for name in moved)
+        drive = Drive(**{name: by if (name in ODD) == back else -by for name, by in moved.items()})
+        image: dict[str, Any] = {"start": start, "drive": drive}
+        if back and self.schedule is None:
+            image |= {"rate": -self.rate, "stop": None if self.stop is None else -self.stop}
+        elif back and self.schedule is not None:
+            s = self.schedule
+            slope = None if s.slope is None else tuple(-x for x in s.slope)
+            image["schedule"] = replace(s, value=tuple(-x for x in s.value), slope=slope)
+        image["preset"] = {name: -x if name in ODD else x for name, x in self.preset.items()}
+        if self.gravity is not None:
+            image["gravity"] = (*self.gravity[:2], -self.gravity[2])
+        if self.ribbon.shaped:
+            opposite = {
+                name: tuple(-x for x in value) if isinstance(value, tuple) else -value
+                for name, value in (("curvature", self.ribbon.curvature), ("twist", self.ribbon.twist))
+            }
+            image["ribbon"] = replace(self.ribbon, **opposite)
+        return replace(self, **image)
 
     @property
     def at_rest(self) -> Scene:
         """The scene without its ramp: what its equilibria depend on."""
-        return replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0)
+        begin = self.begin
+        still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, begin + self.direction), "linear")
+        return replace(self, rate=1.0 if still is None else _RATE, stop=None, hold=0.0, damping=0.0, schedule=still)
 
     @cached_property
     def scaled_rate(self) -> float:
@@ -189,15 +437,21 @@ class Scene:
         """The damping times t*: nu t* of the paper."""
         return self.damping * self.ribbon.inertial_time
 
-    @property
+    @cached_property
     def planar(self) -> bool:
-        """Whether the ribbon is not sheared (shear = 0)."""
-        return self.shear == 0.0
+        """Whether nothing leaves the plane y = 0: no shear, twist, or weight along y."""
+        across = {"shear", *TWISTS}
+        acts = across & ({*self.drives.moved} | {*self.preset}) or self.weight[1] or self.ribbon.twist != 0.0
+        return self.shear == 0.0 and not acts
 
     def require_planar(self, model: str) -> None:
-        """Raise a `SceneError` if a planar `model` is asked for a sheared scene."""
-        if not self.planar:
+        """Raise a `SceneError` if a planar `model` is asked for a scene that leaves its plane."""
+        if self.shear != 0.0:
             raise SceneError(f"Scene.shear = {self.shear!r}: {model} is planar and takes only shear = 0")
+        if not self.planar:
+            names = [n for n in ("shear", *TWISTS) if n in self.drives.moved or n in self.preset]
+            what = f"{names[0]!r}" if names else "gravity along y" if self.weight[1] else "Ribbon.twist"
+            raise SceneError(f"Scene: {what} leaves the plane: {model} is planar; kirchhoff and der follow it")
 
     @property
     def isolated(self) -> bool:
@@ -224,15 +478,40 @@ class Scene:
             )
 
     def require_stop(self) -> float:
-        """Return `stop`, or raise a `SceneError` if a simulation is asked of a scene without it."""
+        """Where the control stops, or a `SceneError` if a simulation is asked of a scene that does not say it."""
+        if self.schedule is not None:
+            return self.schedule.value[-1]
         if self.stop is None:
-            raise SceneError("Scene.stop = None: a simulation needs the angle (rad) at which the clamp stops")
+            needed = "the angle (rad) at which the clamp stops" if self.turning else "where the control stops"
+            raise SceneError(f"Scene.stop = None: a simulation needs {needed}")
         return self.stop
 
-    def instants(self) -> tuple[float, float]:
-        """When the clamp stops, and when its hold ends, in units of t*; `SceneError` without `stop`.
+    @cached_property
+    def motion(self) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...], tuple[float, ...]]:
+        """The control in time, in t*: instants, polynomials between them, and kinks from 0 to the end.
 
-        As the time loops compute them, to the last bit; a hold that is rounding beside the ramp is none.
+        Polynomials are coefficients in powers of the time since the first instant of each; their last one
+        holds what is reached.  A hold that is rounding beside the ramp is none.
+
+        Raises
+        ------
+        SceneError
+            Without `stop` or `schedule`.
         """
-        turned, hold = self.require_stop() / self.scaled_rate, self.hold / self.ribbon.inertial_time
-        return turned, turned + (hold if hold > 1e-12 * turned else 0.0)
+        unit = self.ribbon.inertial_time
+        if self.schedule is not None:
+            s = self.schedule
+            last = (self.require_stop(), *(0.0,) * 5)
+            pieces = tuple(tuple(c * unit**k for k, c in enumerate(piece)) for piece in s.pieces.tolist())
+            times = tuple(x / unit for x in s.time)
+            return times, (*pieces, last), tuple(x / unit for x in (0.0, *s.kinks, s.time[-1]))
+        stop = self.require_stop()
+        turned, hold = stop / self.scaled_rate, self.hold / unit
+        times = (0.0, turned)
+        pieces = ((0.0, self.scaled_rate, *(0.0,) * 4), (stop, *(0.0,) * 5))
+        return times, pieces, (*times, turned + hold) if hold > 1e-12 * turned else times
+
+    @property
+    def duration(self) -> float:
+        """s, of the whole motion; `SceneError` without `stop` or `schedule`."""
+        return self.motion[2][-1] * self.ribbon.inertial_time

@@ -30,7 +30,7 @@ def lagrangian(problem, g, force, chord):
         x, y, z = v.T
         tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
         pull = (tangent @ force) / square
-        density = 0.5 * kappa**2 @ problem.stiff - pull - 0.5 * problem.soft * pull**2
+        density = 0.5 * kappa**2 @ problem.stiffness - pull - 0.5 * problem.compliance * pull**2
         total = total + tables.weights[e] @ density
     return total
 
@@ -213,13 +213,13 @@ def test_state_solves_the_equations_of_the_rod(extensible):
     scene = Scene(compression=0.40, shear=0.37, ribbon=section)
     state = kirchhoff.state(scene, extensible=extensible)
     ribbon = scene.ribbon
-    stiff = np.array([ribbon.bending_ratio, 1.0, ribbon.twist_ratio])
-    soft = 1.0 / ribbon.stretch_ratio if extensible else 0.0
+    stiffness = np.array([ribbon.bending_ratio, 1.0, ribbon.twist_ratio])
+    compliance = 1.0 / ribbon.stretch_ratio if extensible else 0.0
 
     def rates(s, y):
         directors, moment, force = y[3:12].reshape(3, 3), y[12:15], y[15:18]
-        omega = ((directors @ moment) / stiff) @ directors
-        stretched = (1 + soft * (force @ directors[2])) * directors[2]
+        omega = ((directors @ moment) / stiffness) @ directors
+        stretched = (1 + compliance * (force @ directors[2])) * directors[2]
         return np.concatenate(
             (stretched, np.cross(omega, directors).ravel(), -np.cross(stretched, force), np.zeros(3))
         )
@@ -231,7 +231,7 @@ def test_state_solves_the_equations_of_the_rod(extensible):
             for k in (state.kappa1, state.kappa2, state.tau)
         ]
     )
-    guess = np.concatenate(((stiff * first) @ clamp, state.force))
+    guess = np.concatenate(((stiffness * first) @ clamp, state.force))
 
     def shot(x, at=1.0):
         y0 = np.concatenate((np.zeros(3), clamp.ravel(), x))
@@ -445,8 +445,8 @@ def test_folds_are_true_to_1e_9_wherever_the_ribbon_is_feasible(compression):
 @pytest.mark.parametrize("compression", [0.30, 0.40])
 def test_nearly_perfect_pitchforks_are_not_jumped_across(compression):
     # the other sheets are as near as the shear, which breaks the fork sideways
-    soft = Ribbon(bending_ratio=1.5)
-    scene = Scene(compression=compression, shear=1e-6, start="U+", ribbon=soft)
+    compliance = Ribbon(bending_ratio=1.5)
+    scene = Scene(compression=compression, shear=1e-6, start="U+", ribbon=compliance)
     plain = kirchhoff.equilibria(scene, elements=16)
     close = kirchhoff.equilibria(scene, elements=16, steps=Steps(turn=0.03, largest=0.02))
     np.testing.assert_allclose([f.angle for f in plain.folds], [f.angle for f in close.folds], atol=1e-7)

@@ -46,8 +46,8 @@ def functional(rod, r, g, n):
         t = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
         t = t / square[:, None]
         pull = np.sum(n[e] * t, axis=1)
-        density = 0.5 * kappa**2 @ rod.stiff + np.sum(n[e] * (stretched - t), axis=1)
-        total = total + rod.weights[e] @ (density - 0.5 * rod.soft * pull**2)
+        density = 0.5 * kappa**2 @ rod.stiffness + np.sum(n[e] * (stretched - t), axis=1)
+        total = total + rod.weights[e] @ (density - 0.5 * rod.compliance * pull**2)
     return total
 
 

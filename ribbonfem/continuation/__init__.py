@@ -9,6 +9,7 @@ from .corrector import (
     Steps,
     equilibrium,
     first_point,
+    parameter_weight,
 )
 from .tracing import Event, Segment, at_parameter, switch, trace
 

@@ -25,6 +25,14 @@ State = TypeVar("State")
 # An angle of 1 rad counts as 0.15 L in the arclength: heights change by some 0.3 L over a fold's
 # neighbourhood and angles by 1 rad, and a curve of even curvature takes the fewest steps.
 PARAMETER_WEIGHT = 0.0225
+# a length counts as it is, and a force of 30 EI2/L^2 as 1 rad
+_LENGTH_WEIGHT, _FORCE_WEIGHT = 1.0, PARAMETER_WEIGHT / 30.0**2
+
+
+def parameter_weight(moved: Array) -> float:
+    """The weight of a parameter that moves controls (8,) by so much (`ribbonfem.drive`): that of the heaviest."""
+    weights = np.array([PARAMETER_WEIGHT] * 4 + [_LENGTH_WEIGHT] * 3 + [_FORCE_WEIGHT])
+    return float((weights * moved**2).max())
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
-from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
+from ribbonfem.continuation import Linearisation, parameter_weight
 from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
+from ribbonfem.ends import Ends
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import OptionError, flag, require_memory, whole_number
 from ribbonfem.results import Array
@@ -35,37 +36,22 @@ DEGREE = 5
 
 # Mean square rotation (rad^2) against lengths (L^2) in the arclength.
 ROTATION_WEIGHT = 0.09
-# A shift of the right clamp counts as it is, a length.
-SHIFT_WEIGHT = 1.0
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The unknowns: unit quaternions (nodes, 4) of the rotation from the right clamp's frame, and n (3,)."""
+    """The unknowns, and the parameter at which they are: loads are those of it.
+
+    Unit quaternions (nodes, 4) of the rotation from the unturned clamp's frame, and n (3,), at the right clamp.
+    """
 
     g: Array
     force: Array
-
-
-@dataclass(frozen=True)
-class Clamps:
-    """Where the ends are held: alpha in rad, dL/L and dW/L."""
-
-    angle: float
-    compression: float
-    shear: float
-
-    def chord(self) -> Array:
-        """r(1) - r(0), (3,) in L."""
-        return np.array([1.0 - self.compression, -self.shear, 0.0])
-
-    def first(self) -> Array:
-        """Quaternion (4,) of the left clamp's rotation by alpha about y."""
-        return np.array([np.cos(0.5 * self.angle), 0.0, np.sin(0.5 * self.angle), 0.0])
+    at: float = 0.0
 
 
 class Statics:
-    """Equilibrium equations of a clamped Kirchhoff rod in one of alpha, dL/L, dW/L.
+    """Equilibrium equations of a clamped Kirchhoff rod in one parameter of its ends.
 
     A `continuation.Problem`.  Vectors hold the quaternion increments of the inner nodes, node
     by node, then n: (4 m + 3,).  The increments count along the unit spheres only: the tangent
@@ -73,9 +59,8 @@ class Statics:
 
     Parameters
     ----------
-    ribbon: stiffness ratios.
-    clamps: the values of the two parameters that stay (the third is not used).
-    vary: "angle", "compression" or "shear".
+    ribbon: stiffness ratios and natural shape.
+    ends: what the parameter does to the clamps and loads.
     elements: even; midspan is a node.
     extensible: whether the rod stretches with EA.
     """
@@ -83,22 +68,23 @@ class Statics:
     def __init__(
         self,
         ribbon: Ribbon,
-        clamps: Clamps,
-        vary: str = "angle",
+        ends: Ends,
         *,
         elements: int,
         extensible: bool = False,
         degree: int = DEGREE,
     ) -> None:
-        self.clamps = clamps
+        self.ends = ends
         self.ribbon = ribbon
-        self.vary = vary
         self.tables: LineTables = line_tables(elements, degree)
         # the same for four elements at a time
         self.slope, self.weights = in_fours(self.tables.slope), in_fours(self.tables.weights)
-        self.stiff = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
-        self.soft = 1.0 / ribbon.stretch_ratio if extensible else 0.0
+        self.stiffness = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
+        self.compliance = 1.0 / ribbon.stretch_ratio if extensible else 0.0
         self.extensible = extensible
+        curvature, twist = ribbon.natural(self.tables.points)
+        # of the body strains (tau, -kappa2, kappa1)
+        self.natural = np.stack((twist, -curvature, np.zeros_like(twist)), axis=-1)
         self.unit = ribbon.inertial_time
         self.spin = ribbon.rotary_inertia
         lumps = lobatto_weights(degree) / elements
@@ -112,7 +98,7 @@ class Statics:
         # |dg| is half the angle
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
         self.refined = True
-        self.parameter_weight = PARAMETER_WEIGHT if vary == "angle" else SHIFT_WEIGHT
+        self.parameter_weight = parameter_weight(ends.moved)
 
     @property
     def one_stiffness(self) -> bool:
@@ -122,7 +108,7 @@ class Statics:
     def stiffened(self, share: float) -> Statics:
         """The same equations with EI1/EI2 larger by a share."""
         other = copy(self)
-        other.stiff = self.stiff * np.array([1.0, 1.0, 1.0 + share])
+        other.stiffness = self.stiffness * np.array([1.0, 1.0, 1.0 + share])
         return other
 
     def roughly(self) -> Statics:
@@ -131,16 +117,26 @@ class Statics:
         other.refined = False
         return other
 
-    def at(self, parameter: float) -> Clamps:
-        """The clamps at a value of the parameter."""
-        return Clamps(**{**vars(self.clamps), self.vary: parameter})
+    @property
+    def compression(self) -> float:
+        """dL/L where the controls are 0."""
+        return 1.0 - float(self.ends.chord[0])
+
+    def loads(self, parameter: float) -> Array:
+        """(elements, p, 3) what the force in the rod is at the Gauss points besides that at the right clamp.
+
+        n' = -w: the weight of what is between there and the right clamp, and the force at midspan.
+        """
+        points = self.tables.points[:, :, None]
+        force, _ = self.ends.force(parameter)
+        return np.asarray((1.0 - points) * self.ends.weight + (points < 0.5) * force)
 
     def buckled(self, compression: float) -> Frames:
         """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
 
         Of a rod that stretches, the one whose stretch is that of Euler's load all along.
         """
-        compression = euler.bent(compression, self.soft)
+        compression = euler.bent(compression, self.compliance)
         period = 4.0 * euler.pendulum(compression)[1]
         sine = np.sin(0.5 * euler.tangent_angle(compression, self.tables.nodes))
         g = np.zeros((len(sine), 4))
@@ -151,13 +147,13 @@ class Statics:
     def advance(self, state: Frames, increment: Array, parameter: float) -> Frames:
         """Move the inner frames and the force, and the clamp to `parameter`."""
         g = kernels.move(state.g, np.ascontiguousarray(increment))
-        if self.vary == "angle":
-            g[0] = self.at(parameter).first()
-        return Frames(g, state.force + increment[-3:])
+        if self.ends.turns:
+            g[0], g[-1] = self.ends.left(parameter)[0], self.ends.right(parameter)[0]
+        return Frames(g, state.force + increment[-3:], parameter)
 
     def assembled(self, state: Frames, parameter: float) -> tuple[Array, Array, Array, Array, Array, Array]:
         """Residual, its derivative in the parameter, tangent-space basis, band, border and corner."""
-        tables, clamps = self.tables, self.at(parameter)
+        tables, ends = self.tables, self.ends
         nodes = len(state.g)
         inner = nodes - 2
         basis = np.empty((nodes, 4, 3))
@@ -165,29 +161,27 @@ class Statics:
         band = np.empty((3 * inner, 3 * (tables.degree + 1)))
         border, corner = np.empty((3, 3 * inner)), np.empty((3, 3))
         residual, column = np.empty(4 * inner + 3), np.empty(4 * inner + 3)
-        turning = np.zeros(4)
-        if self.vary == "angle":
-            turning[0], turning[2] = -0.5 * np.sin(0.5 * parameter), 0.5 * np.cos(0.5 * parameter)
         kernels.assemble(
             state.g,
             state.force,
+            in_fours(self.loads(parameter)),
             tables.value,
             self.slope,
             self.weights,
-            self.stiff,
-            self.soft,
-            turning,
+            self.stiffness,
+            self.compliance,
+            in_fours(self.natural),
+            np.stack((ends.left(parameter)[1], ends.right(parameter)[1])),
+            ends.force(parameter)[1],
             band,
             border,
             corner,
             residual,
             column,
         )
-        residual[-3:] += clamps.chord()
-        if self.vary == "compression":
-            column[-3] = -1.0
-        elif self.vary == "shear":
-            column[-2] = -1.0
+        chord, change = ends.reach(parameter)
+        residual[-3:] += chord
+        column[-3:] += change
         return residual, column, basis, band, border, corner
 
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
@@ -211,7 +205,16 @@ class Statics:
         tables = self.tables
         curvature = np.empty((tables.elements, tables.degree, 3))
         stretched = np.empty_like(curvature)
-        kernels.strains(state.g, state.force, tables.value, tables.slope, self.soft, curvature, stretched)
+        kernels.strains(
+            state.g,
+            state.force,
+            self.loads(state.at),
+            tables.value,
+            tables.slope,
+            self.compliance,
+            curvature,
+            stretched,
+        )
         return curvature, stretched
 
     def normals(self, state: Frames) -> Array:
@@ -221,10 +224,10 @@ class Statics:
     def energy(self, state: Frames) -> float:
         """Elastic energy in EI2/L."""
         curvature, stretched = self.strains(state)
-        density = curvature**2 @ self.stiff
+        density = (curvature - self.natural) ** 2 @ self.stiffness
         if self.extensible:
             stretch = np.linalg.norm(stretched, axis=2) - 1.0
-            density += stretch**2 / self.soft
+            density += stretch**2 / self.compliance
         return 0.5 * float(np.sum(self.tables.weights * density))
 
     def positions(self, state: Frames, parameter: float) -> Array:
@@ -257,7 +260,7 @@ class Statics:
 
         Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
         """
-        tables, c = self.tables, self.soft
+        tables, c = self.tables, self.compliance
         moved, spin, bend, tangent = self._moving(state, velocity, turning)
         weights = self._integral_adjoint(self.mass[:, None] * moved)
         result = np.zeros_like(state.g)
@@ -279,7 +282,7 @@ class Statics:
 
     def _moving(self, state: Frames, velocity: Array, turning: float) -> tuple[Array, Array, Array, Array]:
         """`moving`, and at the Gauss points the derivatives of r' (elements, p, 3, 4), and the tangents."""
-        tables, c = self.tables, self.soft
+        tables, c = self.tables, self.compliance
         rate = np.zeros_like(state.g)
         rate[1:-1] = velocity[:-3].reshape(-1, 4)
         # by half the angle about y
@@ -287,10 +290,11 @@ class Statics:
         q = np.einsum("ki,eic->ekc", tables.value, state.g[self._local])
         change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
         tangent, derivative = _tangents(q)
-        pull = tangent @ state.force
+        forces = state.force + self.loads(state.at)
+        pull = np.einsum("ekb,ekb->ek", tangent, forces)
         # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
         bend = (1.0 + c * pull)[:, :, None, None] * derivative
-        bend += c * tangent[:, :, :, None] * np.einsum("b,ekbc->ekc", state.force, derivative)[:, :, None]
+        bend += c * tangent[:, :, :, None] * np.einsum("ekb,ekbc->ekc", forces, derivative)[:, :, None]
         longer = c * (tangent @ velocity[-3:])
         moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i

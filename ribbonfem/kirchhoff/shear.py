@@ -90,7 +90,7 @@ def _unmerging(problem: Statics, start: Point[Frames]) -> list[Point[Frames]]:
     points: list[Point[Frames]] = []
     even = Symmetric(problem, "S")
     first = first_point(even, start.state, start.parameter, -1.0)
-    compression = problem.clamps.compression
+    compression = problem.compression
     for segment in trace(even, first, (0.0, states.most_shear(compression)), states.shear_steps(problem), 8):
         if segment.events:
             return [*points, segment.events[0].point]

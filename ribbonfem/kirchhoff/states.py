@@ -31,7 +31,7 @@ from ribbonfem.elements.lobatto import interpolation
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
-from .problem import Clamps, Frames, Statics
+from .problem import Frames, Statics
 from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
@@ -65,7 +65,7 @@ def name_of(problem: Statics, state: Frames, parameter: float) -> str:
     into it: S+ has t_z(1/2) < 0.
     """
     position, tangent = problem.middle(state)
-    half = 0.5 * problem.at(parameter).chord()[0]
+    half = 0.5 * problem.ends.reach(parameter)[0][0]
     u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
     if abs(tangent[2]) < _FLAT:
         return u
@@ -86,7 +86,7 @@ def most_shear(compression: float) -> float:
 
 def shear_steps(problem: Statics) -> Steps:
     """Steps that are short against the range of feasible shears."""
-    limit = _taut(problem.clamps.compression)
+    limit = _taut(problem.compression)
     return Steps(first=0.02 * limit, largest=0.1 * limit, tolerance=tolerance_for(problem.ribbon))
 
 
@@ -103,7 +103,7 @@ def _beginning(problem: Statics, limit: float, tolerance: float) -> Point[Frames
     rounding would decide the index, and how much of the mode is in the tangent.  A ratio larger by
     1e-6 lifts the eigenvalue by 5e-4 and leads to a shear at which it is 10 dW^2 or more by itself.
     """
-    compression = problem.clamps.compression
+    compression = problem.compression
     start = problem.buckled(compression)
     if not problem.one_stiffness:
         return first_point(problem, start, 0.0, 1.0, tolerance=tolerance)
@@ -185,7 +185,7 @@ def merged(problem: Statics, tip: Point[Frames], limit: float) -> Point[Frames]:
     even = Symmetric(problem, "S")
     for past in (0.02, 0.005, 0.001):
         # stiff ribbons ask for a closer guess
-        shear = min(limit, tip.parameter + past * np.sqrt(problem.clamps.compression))
+        shear = min(limit, tip.parameter + past * np.sqrt(problem.compression))
         try:
             state, _ = equilibrium(even, guess, shear)
             break
@@ -201,7 +201,7 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
     US and S are looked for on the curves that fork from U at smaller shears.
     """
     if shear == 0.0:
-        state, line = equilibrium(problem, problem.buckled(problem.clamps.compression), 0.0)
+        state, line = equilibrium(problem, problem.buckled(problem.compression), 0.0)
         # a neutral state is no stable one, whatever rounding makes of its eigenvalue
         return {"U": (state, max(line.index, int(problem.one_stiffness)))}
     found: dict[str, tuple[Frames, int]] = {}
@@ -260,14 +260,13 @@ def in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
     """The equations in the shear of a scene's ribbon at its compression."""
     if extensible:
         scene.require_buckled()
-    clamps = Clamps(0.0, scene.compression, 0.0)
-    return Statics(scene.ribbon, clamps, "shear", elements=elements, extensible=extensible)
+    ends = Ends.varying("dW", scene.compression, 0.0)
+    return Statics(scene.ribbon, ends, elements=elements, extensible=extensible)
 
 
 def _in_angle(scene: Scene, elements: int, extensible: bool) -> Statics:
     """The equations in alpha of a scene's ribbon at its compression and shear."""
-    clamps = Clamps(0.0, scene.compression, scene.shear)
-    return Statics(scene.ribbon, clamps, elements=elements, extensible=extensible)
+    return Statics(scene.ribbon, Ends.of(scene), elements=elements, extensible=extensible)
 
 
 def stable(scene: Scene, *, elements: int, extensible: bool) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
                 q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
                 x, y = load(s.local_right, (group, 3 * k)), load(s.local_right, (group, 3 * k + 1))
                 pull = x, y, load(s.local_right, (group, 3 * k + 2))
-                gq, gp, _, _ = bend(rod.stiff, 0.0, q, p, pull)
+                gq, gp, _, _ = bend(rod.stiffness, 0.0, q, p, pull)
                 put_gradients(s, k, SHARE[j] * load(rod.four.weights, (group, k)), gq, gp)
             add_moments(rod, s, group, last)
 
@@ -92,8 +92,8 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             n, tangent = force_at(t.n, group, k), _direction(rod, s, group, k)
             mean = 0.5 * (load(s.gradients, (k, 0)) + dot(n, tangent))
             # N1 is what makes the mean n.m
-            put_gap(rod, s, group, k, 1.0 + rod.soft * (2.0 * mean - load(s.gradients, (k, 1))), tangent)
-            part = 1.0 + rod.soft * mean
+            put_gap(rod, s, group, k, 1.0 + rod.compliance * (2.0 * mean - load(s.gradients, (k, 1))), tangent)
+            part = 1.0 + rod.compliance * mean
             store(s.local_right, (group, 3 * k), part * n[0])
             store(s.local_right, (group, 3 * k + 1), part * n[1])
             store(s.local_right, (group, 3 * k + 2), part * n[2])
@@ -183,7 +183,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
             left = size * rate / (1.0 - rate)
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
             _rates(t, y, b, h, nu)
-            if rod.soft > 0.0:
+            if rod.compliance > 0.0:
                 _end_forces(rod, s, t, y)
             t.out[1] = iteration
             return iteration

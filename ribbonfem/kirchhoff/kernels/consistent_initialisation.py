@@ -55,7 +55,7 @@ def _impulse_residual(
                 s.fr[i, c] = rod.inertia[i, c] * (t.v[i, c] - old[i, c])
                 s.fp[i, c] = 0.0
             s.fp[i, 0] = rod.inertia[i, 3] * (t.spin[i, 0] - old[i, 3])
-    axial = STIFF if rod.soft > 0.0 else 0.0
+    axial = STIFF if rod.compliance > 0.0 else 0.0
     rates = m.a if second else t.v
     last = rod.weights.shape[0] - 1
     for place in range(WIDTH * rod.four.weights.shape[0]):
@@ -65,9 +65,9 @@ def _impulse_residual(
         for k in range(P):
             q, p = interpolated(rod.value, rod.slope, e, k, g, P)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
-            _, _, tangent, pull = bend(rod.stiff, rod.soft, q, p, force)
+            _, _, tangent, pull = bend(rod.stiffness, rod.compliance, q, p, force)
             weight = rod.weights[e, k]
-            stretch = 1.0 + rod.soft * pull
+            stretch = 1.0 + rod.compliance * pull
             # rates of the interpolated quaternion, by t.spin, and by t.turning alone twice
             d0 = d1 = d2 = d3 = 0.0
             u0 = u1 = u2 = u3 = w0 = w1 = w2 = w3 = 0.0

@@ -73,6 +73,16 @@ def strains_of(inverse: Value, q: Quaternion, p: Quaternion) -> Vector:
 
 
 @compiled(**INLINED)
+def moments_of(stiffness: Array, natural: Vector, strain: Vector) -> Vector:
+    """The constitutive law: moments about (t, -m2, m1) of strains, each less the natural one."""
+    return (
+        stiffness[0] * (strain[0] - natural[0]),
+        stiffness[1] * (strain[1] - natural[1]),
+        stiffness[2] * (strain[2] - natural[2]),
+    )
+
+
+@compiled(**INLINED)
 def dot(a: Vector, b: Vector) -> Value:
     """a.b"""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -80,7 +90,7 @@ def dot(a: Vector, b: Vector) -> Value:
 
 @compiled(**INLINED)
 def bend(
-    stiff: Array, soft: float, q: Quaternion, p: Quaternion, n: Vector
+    stiffness: Array, compliance: float, natural: Vector, q: Quaternion, p: Quaternion, n: Vector
 ) -> tuple[Quaternion, Quaternion, Vector, Value]:
     """Derivatives in q and p of the density of `point_hessian`, the tangent, and n.t.
 
@@ -91,10 +101,10 @@ def bend(
     p0, p1, p2, p3 = p
     inverse, tangent = tangent_of(q)
     k1, k2, k3 = strains_of(inverse, q, p)
-    m1, m2, m3 = stiff[0] * k1, stiff[1] * k2, stiff[2] * k3
+    m1, m2, m3 = moments_of(stiffness, natural, (k1, k2, k3))
     twice = m1 * k1 + m2 * k2 + m3 * k3
     pull = dot(n, tangent)
-    stretch = 1.0 + soft * pull
+    stretch = 1.0 + compliance * pull
     # n q
     w0 = -(n[0] * q1 + n[1] * q2 + n[2] * q3)
     w1 = n[0] * q0 + n[1] * q3 - n[2] * q2
@@ -165,12 +175,12 @@ def _put(hess: Array, row: int, column: int, a: Quaternion) -> None:
 
 @compiled(**INLINED)
 def _put_rows(
-    hess: Array, r: int, stiff: Array, at: Vector, of_q: Vector, of_p: Vector, moments: Vector, rows: Any
+    hess: Array, r: int, stiffness: Array, at: Vector, of_q: Vector, of_p: Vector, moments: Vector, rows: Any
 ) -> None:
     """Row r of each block; `at` has q, z and c v there, of_q and of_p the strains' derivatives."""
     q, z, v, by_q, by_p = rows
-    x = stiff[0] * of_q[0], stiff[1] * of_q[1], stiff[2] * of_q[2]
-    y = stiff[0] * of_p[0], stiff[1] * of_p[1], stiff[2] * of_p[2]
+    x = stiffness[0] * of_q[0], stiffness[1] * of_q[1], stiffness[2] * of_q[2]
+    y = stiffness[0] * of_p[0], stiffness[1] * of_p[1], stiffness[2] * of_p[2]
     a, b = _sum(x, by_q), _sum((at[0], at[1], -at[2]), (z, q, v))
     _put(hess, r, 0, (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]))
     # (without the antisymmetric part of kappa's)
@@ -181,11 +191,17 @@ def _put_rows(
 
 @compiled(**INLINED)
 def point_hessian(
-    stiff: Array, soft: float, q: Quaternion, p: Quaternion, n: Vector, hess: Array
+    stiffness: Array,
+    compliance: float,
+    natural: Vector,
+    q: Quaternion,
+    p: Quaternion,
+    n: Vector,
+    hess: Array,
 ) -> tuple[Quaternion, Quaternion, Vector, Value, Rows]:
     """Derivatives of the density of the Lagrangian at a Gauss point of four elements.
 
-    f = 1/2 sum_a stiff_a kappa_a^2 - n.t - soft/2 (n.t)^2.  Fills hess (64, WIDTH), the second ones, 8 by 8
+    f = 1/2 sum_a stiff_a kappa_a^2 - n.t - compliance/2 (n.t)^2.  Fills hess (64, WIDTH), the second ones, 8 by 8
     in q and p (blocks qq, qp and pp); returns those in q and p, the tangent, n.t, and d tangent / dq.
     """
     q0, q1, q2, q3 = q
@@ -204,9 +220,9 @@ def point_hessian(
     d0 = _less(twice, (q0, q1, -q2, -q3), tangent[0], q)
     d1 = _less(twice, (q3, q2, q1, q0), tangent[1], q)
     d2 = _less(twice, (-q2, q3, -q0, q1), tangent[2], q)
-    m0, m1, m2 = stiff[0] * k0, stiff[1] * k1, stiff[2] * k2
+    m0, m1, m2 = moments_of(stiffness, natural, (k0, k1, k2))
     pull = dot(n, tangent)
-    stretch = 1.0 + soft * pull
+    stretch = 1.0 + compliance * pull
     v = _sum(n, (d0, d1, d2))
     gq = _less(1.0, _sum((m0, m1, m2), (a0, a1, a2)), stretch, v)
     gp = _sum((m0, m1, m2), (b0, b1, b2))
@@ -214,16 +230,16 @@ def point_hessian(
     rows = q, z, v, (a0, a1, a2), (b0, b1, b2)
     moments = twice * m0, twice * m1, twice * m2
     _put_rows(
-        hess, 0, stiff, (q0, z[0], soft * v[0]), (a0[0], a1[0], a2[0]), (b0[0], b1[0], b2[0]), moments, rows
+        hess, 0, stiffness, (q0, z[0], compliance * v[0]), (a0[0], a1[0], a2[0]), (b0[0], b1[0], b2[0]), moments, rows
     )
     _put_rows(
-        hess, 1, stiff, (q1, z[1], soft * v[1]), (a0[1], a1[1], a2[1]), (b0[1], b1[1], b2[1]), moments, rows
+        hess, 1, stiffness, (q1, z[1], compliance * v[1]), (a0[1], a1[1], a2[1]), (b0[1], b1[1], b2[1]), moments, rows
     )
     _put_rows(
-        hess, 2, stiff, (q2, z[2], soft * v[2]), (a0[2], a1[2], a2[2]), (b0[2], b1[2], b2[2]), moments, rows
+        hess, 2, stiffness, (q2, z[2], compliance * v[2]), (a0[2], a1[2], a2[2]), (b0[2], b1[2], b2[2]), moments, rows
     )
     _put_rows(
-        hess, 3, stiff, (q3, z[3], soft * v[3]), (a0[3], a1[3], a2[3]), (b0[3], b1[3], b2[3]), moments, rows
+        hess, 3, stiffness, (q3, z[3], compliance * v[3]), (a0[3], a1[3], a2[3]), (b0[3], b1[3], b2[3]), moments, rows
     )
     for r in range(4):
         increase(hess, (8 * r + r,), twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2))
@@ -258,9 +274,9 @@ def point_hessian(
 
 
 @compiled(**INLINED)
-def stretched(n: Vector, pull: Value, soft: float, along: float, t: Vector, dt: Rows) -> Rows:
-    """Derivatives in q of r' = (1 + c n.t) t, with c = soft, `along` being that of the second t."""
-    stretch, pulled = 1.0 + soft * pull, _sum(n, dt)
+def stretched(n: Vector, pull: Value, compliance: float, along: float, t: Vector, dt: Rows) -> Rows:
+    """Derivatives in q of r' = (1 + c n.t) t, with c = compliance, `along` being that of the second t."""
+    stretch, pulled = 1.0 + compliance * pull, _sum(n, dt)
     return (
         _both(stretch, dt[0], along * t[0], pulled),
         _both(stretch, dt[1], along * t[1], pulled),

@@ -96,8 +96,8 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
         collect(x, group, last, P, s.places)
         for k in range(P):
             q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
-            gq, gp, tangent, pull = bend(rod.stiff, rod.soft, q, p, force_at(n, group, k))
-            put_gap(rod, s, group, k, 1.0 + rod.soft * pull, tangent)
+            gq, gp, tangent, pull = bend(rod.stiffness, rod.compliance, q, p, force_at(n, group, k))
+            put_gap(rod, s, group, k, 1.0 + rod.compliance * pull, tangent)
             put_gradients(s, k, load(rod.four.weights, (group, k)), gq, gp)
         add_forces(rod, s, group, last, n)
         add_moments(rod, s, group, last)

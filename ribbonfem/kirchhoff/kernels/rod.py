@@ -59,7 +59,7 @@ class Rod(NamedTuple):
     """The discretisation, see `LineTables`.
 
     value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope; four:
-    the same for groups; inertia (nodes, 4) of x; stiff (3,) of (tau, -kappa2, kappa1); soft, c; spin, J;
+    the same for groups; inertia (nodes, 4) of x; stiffness (3,) of (tau, -kappa2, kappa1); compliance, c; spin, J;
     gyroscopic, whether it turns with the tangent; middle, the node at midspan.
     """
 
@@ -69,8 +69,8 @@ class Rod(NamedTuple):
     coupling: Array
     four: Four
     inertia: Array
-    stiff: Array
-    soft: float
+    stiffness: Array
+    compliance: float
     spin: float
     gyroscopic: bool
     middle: int

@@ -19,7 +19,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
 from ribbonfem.results import Array
 
-from .batch import INLINED, collect
+from .batch import INLINED, collect, force_at
 from .gauss_point import (
     Quaternion,
     Value,
@@ -47,9 +47,9 @@ def frame_basis(g: Array, basis: Array) -> None:
 
 
 @compiled(**INLINED)
-def _add_forces(n: Vector, t: Vector, pull: Value, soft: float, weight: Value, sums: Array) -> None:
+def _add_forces(n: Vector, t: Vector, pull: Value, compliance: float, weight: Value, sums: Array) -> None:
     """Add a point's (1 + c n.t) t to sums (9,), and its derivative in n, a triangle, behind it."""
-    stretch, axial = weight * (1.0 + soft * pull), weight * soft
+    stretch, axial = weight * (1.0 + compliance * pull), weight * compliance
     increase(sums, (0,), stretch * t[0])
     increase(sums, (1,), stretch * t[1])
     increase(sums, (2,), stretch * t[2])
@@ -82,16 +82,67 @@ def _put_node(
             border[b, 3 * a + c] += block[3 * b + c, lane]
 
 
+@compiled(**INLINED)
+def _add_columns(
+    pairs: Array,
+    pulls: Array,
+    sums: Array,
+    turning: Array,
+    push: Array,
+    e: int,
+    lane: int,
+    elements: int,
+    degree: int,
+    column: Array,
+) -> None:
+    """Add an element's share of the residual's derivative in the parameter."""
+    inner = elements * degree - 1
+    if e == 0:
+        # the first node turns with its clamp
+        for i in range(1, degree + 1):
+            for r in range(4):
+                for c in range(4):
+                    column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, lane] * turning[0, c]
+        for b in range(3):
+            for r in range(4):
+                column[4 * inner + b] += pulls[0, 4 * b + r, lane] * turning[0, r]
+    if e == elements - 1:
+        for j in range(degree):
+            for c in range(4):
+                for r in range(4):
+                    column[4 * (e * degree + j - 1) + c] += pairs[degree, j, 4 * r + c, lane] * turning[1, r]
+        for b in range(3):
+            for r in range(4):
+                column[4 * inner + b] += pulls[degree, 4 * b + r, lane] * turning[1, r]
+    if 2 * e < elements and (push[0] != 0.0 or push[1] != 0.0 or push[2] != 0.0):
+        for i in range(degree + 1):
+            a = e * degree + i - 1
+            if 0 <= a:
+                for b in range(3):
+                    for r in range(4):
+                        column[4 * a + r] += pulls[i, 4 * b + r, lane] * push[b]
+        place = 3
+        for b in range(3):
+            for c in range(b + 1):
+                column[4 * inner + b] -= sums[place, lane] * push[c]
+                if c < b:
+                    column[4 * inner + c] -= sums[place, lane] * push[b]
+                place += 1
+
+
 @compiled(allocates=True)
 def assemble(
     g: Array,
     force: Array,
+    loads: Array,
     value: Array,
     slope: Array,
     weights: Array,
-    stiff: Array,
-    soft: float,
+    stiffness: Array,
+    compliance: float,
+    natural: Array,
     turning: Array,
+    push: Array,
     band: Array,
     border: Array,
     corner: Array,
@@ -100,14 +151,17 @@ def assemble(
 ) -> None:
     """Residual and Riemannian Hessian of the Lagrangian of all frames but the two clamped ones.
 
-    L = int f(q, q') ds + n.R; the caller adds R to the force rows of the residual.
+    L = int f(q, q') ds + n.R, the force in f being n + loads; the caller adds R to the force rows of the
+    residual, and its derivative to those of the column.
 
     Parameters
     ----------
-    g: (nodes, 4) unit quaternions.  force: (3,), n in EI2/L^2.
-    value: see `LineTables`; slope, weights: the same for groups (`fours`).
-    stiff: (3,) stiffness of the body strains (tau, -kappa2, kappa1).  soft: EI2/(EA L^2), or 0.
-    turning: (4,) derivative of the first node's quaternion in the parameter.
+    g: (nodes, 4) unit quaternions.  force: (3,), n at the right end, in EI2/L^2.
+    loads, natural: (G, p, 3, WIDTH), see `problem.Statics`.
+    value: see `LineTables`; slope, weights: the same for groups (`batch`).
+    stiffness: (3,) stiffness of the body strains (tau, -kappa2, kappa1).  compliance: EI2/(EA L^2), or 0.
+    turning: (2, 4) derivatives of the first and the last node's quaternions in the parameter.
+    push: (3,) derivative of the force at midspan, which the left half carries.
     band: (3 m, 3 (p + 1)), border: (3, 3 m), corner: (3, 3), filled; m = nodes - 2; the degrees
         of freedom are the increments along `frame_basis`, half rotation vectors in the body.
     residual, column: (4 m + 3,), filled: gradient, and its derivative in the parameter, in
@@ -133,7 +187,6 @@ def assemble(
         np.empty((9, WIDTH)),
     )
     block = np.empty((9, WIDTH))
-    n = spread(force[0]), spread(force[1]), spread(force[2])
     for group in range(groups):
         collect(g, group, elements - 1, degree, frames)
         fill_columns(frames, 1.0, columns, degree)
@@ -146,9 +199,12 @@ def assemble(
         for k in range(points):
             q, p = interpolated_fours(value, slope, group, k, frames, degree)
             weight = load(weights, (group, k))
-            gq, gp, t, pull, dt = point_hessian(stiff, soft, q, p, n, hess)
-            _add_forces(n, t, pull, soft, weight, sums)
-            change = stretched(n, pull, soft, soft, t, dt)
+            x, y, z = force_at(loads, group, k)
+            n = force[0] + x, force[1] + y, force[2] + z
+            unbent = force_at(natural, group, k)
+            gq, gp, t, pull, dt = point_hessian(stiffness, compliance, unbent, q, p, n, hess)
+            _add_forces(n, t, pull, compliance, weight, sums)
+            change = stretched(n, pull, compliance, compliance, t, dt)
             for i in range(size):
                 add_gradient(value, k, i, load(slope, (group, k, i)), weight, (gq, gp), gradient)
                 share = weight * value[k, i]
@@ -195,15 +251,9 @@ def assemble(
                         for u in range(3):
                             for c in range(3 if i != j else u + 1):
                                 band[3 * (first + j) + c, 3 * (i - j) + u - c] += block[3 * u + c, lane]
-        if group == 0:
-            # the first node turns with the clamp
-            for i in range(1, size):
-                for r in range(4):
-                    for c in range(4):
-                        column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, 0] * turning[c]
-            for b in range(3):
-                for r in range(4):
-                    column[4 * inner + b] += pulls[0, 4 * b + r, 0] * turning[r]
+        for lane in range(lanes):
+            e = WIDTH * group + lane
+            _add_columns(pairs, pulls, sums, turning, push, e, lane, elements, degree, column)
     _keep_along_spheres(g, residual, column)
 
 
@@ -267,17 +317,24 @@ def move(g: Array, increment: Array) -> Array:
 
 @compiled()
 def strains(
-    g: Array, force: Array, value: Array, slope: Array, soft: float, curvature: Array, derivative: Array
+    g: Array,
+    force: Array,
+    loads: Array,
+    value: Array,
+    slope: Array,
+    compliance: float,
+    curvature: Array,
+    derivative: Array,
 ) -> None:
     """At the Gauss points (elements, p, 3): body strains (tau, -kappa2, kappa1), and r' = (1 + eps) t."""
     elements, points, size = slope.shape
-    n = force[0], force[1], force[2]
     for e in range(elements):
         for k in range(points):
+            n = force[0] + loads[e, k, 0], force[1] + loads[e, k, 1], force[2] + loads[e, k, 2]
             q, p = interpolated(value, slope, e, k, g, size - 1)
             inverse, t = tangent_of(q)
             strain = strains_of(inverse, q, p)
-            stretch = 1.0 + soft * dot(n, t)
+            stretch = 1.0 + compliance * dot(n, t)
             for a in range(3):
                 curvature[e, k, a] = strain[a]
                 derivative[e, k, a] = stretch * t[a]

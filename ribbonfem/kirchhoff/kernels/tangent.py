@@ -54,7 +54,7 @@ def _fill_gap(
 ) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations."""
     local, row, weight = s.local, N0 + 3 * k, load(rod.four.weights, (group, k))
-    axial = weight * (-((STIFF if rod.soft > 0.0 else 0.0) if impulsive else rod.soft))
+    axial = weight * (-((STIFF if rod.compliance > 0.0 else 0.0) if impulsive else rod.compliance))
     increase(local, (group, row, row), axial * t[0] * t[0])
     increase(local, (group, row + 1, row), axial * t[1] * t[0])
     increase(local, (group, row + 1, row + 1), axial * t[1] * t[1])
@@ -65,7 +65,7 @@ def _fill_gap(
         share = load(rod.four.share, (group, k, l)) * (-1.0 / sigma)
         for b in range(3):
             increase(local, (group, row + b, N0 + 3 * l + b), share)
-    change = stretched(n, dot(n, t), rod.soft, 0.0 if impulsive else rod.soft, t, dt)
+    change = stretched(n, dot(n, t), rod.compliance, 0.0 if impulsive else rod.compliance, t, dt)
     _fill_row(rod, s, group, k, 0, weight, change[0])
     _fill_row(rod, s, group, k, 1, weight, change[1])
     _fill_row(rod, s, group, k, 2, weight, change[2])
@@ -106,7 +106,7 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     for k in range(P):
         q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
         force = force_at(n, group, k)
-        gq, gp, t, _, dt = point_hessian(rod.stiff, rod.soft, q, p, force, s.hess)
+        gq, gp, t, _, dt = point_hessian(rod.stiffness, rod.compliance, q, p, force, s.hess)
         _fill_gap(rod, s, group, k, force, t, dt, sigma, impulsive)
         if not impulsive:
             weight = load(rod.four.weights, (group, k))

@@ -1,0 +1,160 @@
+"""What a scene's controls do to the ribbon at an instant: poses of both clamps, loads, and their rates.
+
+The one place where a control becomes a clamp that is held somewhere.  Rotations are unit quaternions of the
+rotation from the unturned clamp's frame: Ry(left) Rx(twist_left) and Ry(-right) Rx(twist_right).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ribbonfem.drive import CONTROLS
+from ribbonfem.scene import Scene
+
+from . import kernels
+
+Array = NDArray[np.float64]
+
+
+def _turn(angle: float, twist: float) -> Array:
+    """Quaternion (4,) of Ry(angle) Rx(twist)."""
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    d, e = math.cos(0.5 * twist), math.sin(0.5 * twist)
+    return np.array([c * d, c * e, s * d, -s * e])
+
+
+def _turn_rate(angle: float, twist: float, by_angle: float, by_twist: float) -> Array:
+    """Its derivative (4,), where the angles have these."""
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    d, e = math.cos(0.5 * twist), math.sin(0.5 * twist)
+    first = np.array([-s * d, -s * e, c * d, -c * e])
+    second = np.array([-c * e, c * d, -s * e, -s * d])
+    return 0.5 * (by_angle * first + by_twist * second)
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Controls as functions of one parameter, at rest.
+
+    Attributes
+    ----------
+    fixed, moved: (8,) in the order of `drive.CONTROLS`: controls are fixed + parameter moved.
+    chord: (3,) r(1) - r(0) in L, where all controls are 0.
+    weight: (3,) per length, EI2/L^3.
+    """
+
+    fixed: Array
+    moved: Array
+    chord: Array
+    weight: Array
+
+    @classmethod
+    def of(cls, scene: Scene, share: float = 1.0) -> Ends:
+        """Of a scene, whose presets, weight and start count by a share."""
+        drive, preset = scene.drives.moved, scene.preset
+        return cls(
+            share * np.array([preset.get(name, 0.0) for name in CONTROLS]),
+            np.array([drive.get(name, 0.0) for name in CONTROLS]),
+            np.array([1.0 - scene.compression, -scene.shear, 0.0]),
+            share * np.array(scene.weight),
+        )
+
+    @classmethod
+    def varying(cls, name: str, compression: float, shear: float) -> Ends:
+        """Of a ribbon of which one control moves, or "dL" or "dW" itself, and nothing else acts."""
+        moved = np.zeros(len(CONTROLS))
+        own = {"dL": "compression", "dW": "shear"}.get(name, name)
+        moved[CONTROLS.index(own)] = 1.0
+        chord = np.array([1.0 - (0.0 if name == "dL" else compression), -(0.0 if name == "dW" else shear), 0.0])
+        return cls(np.zeros(len(CONTROLS)), moved, chord, np.zeros(3))
+
+    @property
+    def turns(self) -> bool:
+        """Whether the parameter turns or twists a clamp."""
+        return bool(self.moved[:4].any())
+
+    def controls(self, parameter: float) -> Array:
+        """(8,)"""
+        return self.fixed + self.moved * parameter
+
+    def left(self, parameter: float) -> tuple[Array, Array]:
+        """Quaternion (4,) of the left clamp, and its derivative in the parameter."""
+        at = self.controls(parameter)
+        return _turn(at[0], at[2]), _turn_rate(at[0], at[2], self.moved[0], self.moved[2])
+
+    def right(self, parameter: float) -> tuple[Array, Array]:
+        """The same of the right clamp."""
+        at = self.controls(parameter)
+        return _turn(-at[1], at[3]), _turn_rate(-at[1], at[3], -self.moved[1], self.moved[3])
+
+    def reach(self, parameter: float) -> tuple[Array, Array]:
+        """r(1) - r(0) (3,) in L, and its derivative."""
+        at, by = self.controls(parameter), self.moved
+        shift, rate = np.array([-at[4], -at[5], at[6]]), np.array([-by[4], -by[5], by[6]])
+        return self.chord + shift, rate
+
+    def force(self, parameter: float) -> tuple[Array, Array]:
+        """The dead force (3,) at midspan, EI2/L^2, and its derivative."""
+        at = self.controls(parameter)
+        return np.array([0.0, 0.0, -at[7]]), np.array([0.0, 0.0, -self.moved[7]])
+
+    @property
+
+    def height(self, parameter: float) -> float:
+        """The mean height of both clamps, in L."""
+        return 0.5 * float(self.controls(parameter)[6])
+
+
+# change of the control in a step at most: of a turn (rad), a length (L), a force (EI2/L^2)
+_LARGEST = np.array([0.05, 0.05, 0.05, 0.05, 0.015, 0.015, 0.015, 2.0])
+
+
+def moving(scene: Scene, largest: float = 1.0) -> kernels.Ends:
+    """The controls of a scene in time, for compiled time loops; steps may change them by so much, times `largest`."""
+    ends = Ends.of(scene)
+    times, pieces, kinks = scene.motion
+    table = np.array(pieces)
+    first = np.searchsorted(times, kinks, side="right") - 1
+    reached = np.array([_value(times, pieces, instant) for instant in kinks])
+    longest = np.array(
+        [
+            _longest(times, table, int(first[k]), int(first[k + 1]), ends.moved, largest)
+            for k in range(len(kinks) - 1)
+        ]
+    )
+    longest = np.minimum(longest, np.where(np.isfinite(longest), 0.1 * np.diff(kinks), np.inf))
+    return kernels.Ends(
+        fixed=ends.fixed,
+        moved=ends.moved,
+        chord=ends.chord,
+        weight=ends.weight,
+        times=np.array(times),
+        pieces=table,
+        kinks=np.array(kinks),
+        first=first.astype(np.int64),
+        reached=reached,
+        longest=longest,
+    )
+
+
+def _value(times: tuple[float, ...], pieces: tuple[tuple[float, ...], ...], instant: float) -> float:
+    """The control at a kink: as its next polynomial has it."""
+    k = min(int(np.searchsorted(times, instant, side="right")) - 1, len(pieces) - 1)
+    return pieces[k][0] if times[k] == instant else float(np.polyval(pieces[k][::-1], instant - times[k]))
+
+
+def _longest(
+    times: tuple[float, ...], pieces: Array, first: int, last: int, moved: Array, largest: float
+) -> float:
+    """The longest step between two kinks: what changes most changes by its `_LARGEST`; inf at rest."""
+    speed = 0.0
+    for k in range(first, max(last, first + 1)):
+        length = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
+        at = np.linspace(0.0, length, 9)
+        speed = max(speed, float(np.abs(np.polyval(np.polyder(pieces[k, ::-1]), at)).max()))
+    share = float(np.max(np.abs(moved) / _LARGEST)) * speed
+    return largest / share if share > 0.0 else math.inf
