@@ -252,7 +252,7 @@ def _report(arguments: Sequence[str]) -> int:
 
 def _scenes(arguments: Sequence[str]) -> int:
     """List the scene files that are shipped, or write them: those that are named, or with --out all."""
-    from compare.examples.shipped import titles, write
+    from compare.commands.scenes import titles, write
 
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {SCENES}", description=_scenes.__doc__, epilog=f"{STATUS}. No file is written over."

@@ -231,7 +231,8 @@ def test_a_library_that_is_missing_is_named_with_what_to_install(monkeypatch, me
 
 def test_results_draw_themselves_without_compare_and_import_what_they_need_when_called():
     tried = (
-        "import sys; from ribbonfem import History; assert History.plot and History.to_xarray; import compare; "
+        "import sys; from ribbonfem import History; assert History.plot and History.to_xarray; "
+        "import compare; "
         "assert not {'matplotlib', 'pandas', 'xarray', 'compare.archive'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", tried], cwd=ROOT, check=True)

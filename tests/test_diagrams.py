@@ -58,7 +58,7 @@ def test_what_is_sure_is_what_the_paper_says(diagram):
 
 def test_boundaries_are_changes(diagram):
     assert diagram.boundaries
-    base = runs.ground(diagram.scene, "der", {"nodes": 31})
+    base = runs.setup(diagram.scene, "der", {"nodes": 31})
     for b in diagram.boundaries:
         assert b.low <= b.value <= b.high or b.low == b.high == b.value
         if b.band or b.below == b.above:
@@ -108,7 +108,7 @@ def test_selection_ends_in_shapes_that_exist():
 
 
 def test_a_run_that_fails_is_recorded(monkeypatch):
-    base = runs.ground(Scene(compression=0.40, shear=0.40), "der", {"nodes": 31})
+    base = runs.setup(Scene(compression=0.40, shear=0.40), "der", {"nodes": 31})
 
     class Broken:
         @staticmethod
@@ -234,7 +234,7 @@ def test_type_1_ends_where_energy_says():
     """Where the first snap frees twenty times what the pass takes, the first swing decides."""
     scene = Scene(compression=0.35, shear=0.40, start="U+S+", rate=0.03)
     rates, dampings = np.array([0.01, 0.1]), np.array([0.1, 30.0])
-    base = runs.ground(scene, "der", {"nodes": 31})
+    base = runs.setup(scene, "der", {"nodes": 31})
     curve = predictions.predictions(base, rates, dampings)
     assert not curve.missing
     at = math.exp(np.interp(math.log(0.03), *np.log(curve[predictions.TYPE_1]).T))
@@ -252,7 +252,7 @@ def test_the_delays_of_a_diagram_are_the_delay():
 
 def test_type_2_begins_where_the_delay_reaches_the_second_fold():
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.1)
-    base = runs.ground(scene, "der", {"nodes": 31})
+    base = runs.setup(scene, "der", {"nodes": 31})
     curve = predictions.predictions(base, np.array([0.01, 1.0]), np.array([0.1, 30.0]))[predictions.TYPE_2]
     form = der.normal_forms(scene, nodes=31)[0]
     window = base.folds[1].angle - base.folds[0].angle
@@ -269,7 +269,7 @@ def test_public_names():
 
 def shares_around(model, rate, damping, count=200, **policy):
     """Shares of outcomes around (0.40, 0.40) within 10^(+-0.05) of a rate and a damping."""
-    base = runs.ground(Scene(compression=0.40, shear=0.40, start="U+S+"), model, policy)
+    base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, policy)
     places = 10.0 ** (0.1 * qmc.Halton(2, seed=5).random(count) - 0.05)
     found = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]
     return np.array([found.count(name) / count for name in runs.SKIPPING])

@@ -9,7 +9,7 @@ import pytest
 
 from compare.__main__ import main
 from compare.commands.run import NOT_MET, SENSITIVE
-from compare.examples.shipped import MOVIES, NAMES, text, titles, write
+from compare.commands.scenes import MOVIES, NAMES, text, titles, write
 from ribbonfem import Scene, SceneError
 from ribbonfem.output.scene_file import read_scene
 
