@@ -37,6 +37,8 @@ _MOVED = (
     ("compare.face.curve", "ribbonfem.output.curve"),
     ("ribbonfem.values", "ribbonfem.frozen"),
 )
+# fields by their names of the version before
+_RENAMED = {"angle": "control"}
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -112,6 +114,10 @@ def _record(name: str, given: dict[str, Any]) -> Any:
         raise ArchiveError(f"{name!r}: this version has no such record") from None
     if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):
         raise ArchiveError(f"{name!r} is no record of this package")
+    known = {item.name for item in dataclasses.fields(kind)}
+    for old, new in _RENAMED.items():
+        if old in given and old not in known and new in known:
+            given[new] = given.pop(old)
     return kind(**given)
 
 

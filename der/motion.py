@@ -332,7 +332,7 @@ class Loop:
         time, angle, height, slope, *energies, load, velocity, _ = rows.T
         return History(
             time=time,
-            angle=angle,
+            control=angle,
             height=height,
             slope=slope,
             load=load,

@@ -56,7 +56,7 @@ def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Sc
     gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)[:, :3]
     return RestState(
         name=states.name(rod, state),
-        angle=float(angle),
+        control=float(angle),
         height=height,
         slope=slope,
         force=gradient[-2:].sum(axis=0),

@@ -1,13 +1,13 @@
 """Controls of the bench, and the one scalar that moves them.
 
-    left, right              turn of a clamp, rad, > 0 turns down: t(0) = (cos, 0, -sin), t(L) = (cos, 0, +sin)
+    left, right              turn of a clamp, rad, > 0 down: t(0) = (cos, 0, -sin), t(L) = (cos, 0, +sin)
     twist_left, twist_right  about the clamp's own tangent, rad, right-handed about +x at rest
     compression, shear       added to dL/L and dW/L
     lift                     of the right clamp along z, in L
     force                    dead, along -z at midspan, EI2/L^2
 
-R(0) = Ry(left) Rx(twist_left) Rref, R(L) = Ry(-right) Rx(twist_right) Rref: at an unturned clamp the normal m1
-is +z, m2 is -y and m3 is +x.  The right clamp is at x = L - dL, y = -dW, z = lift.
+R(0) = Ry(left) Rx(twist_left) Rref, R(L) = Ry(-right) Rx(twist_right) Rref: at an unturned clamp the normal
+m1 is +z, m2 is -y and m3 is +x.  The right clamp is at x = L - dL, y = -dW, z = lift.
 """
 
 from __future__ import annotations

@@ -10,7 +10,6 @@ from __future__ import annotations
 import inspect
 import math
 import os
-import re
 from collections.abc import Callable, Sequence
 from functools import wraps
 from numbers import Integral
@@ -18,9 +17,7 @@ from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
-from .image import imaged
-from .results import SolverError
-from .scene import Ribbon, Scene, SceneError, as_number, shown, swapped
+from .scene import Ribbon, Scene, SceneError, as_number, shown
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -29,8 +26,6 @@ T = TypeVar("T")
 MOST_STEPS = 1e9
 # rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
 _WIDEST = 20.0
-# the name of a state in a message
-_STATE = re.compile(r"(U[+-])?S[+-]")
 
 
 class OptionError(ValueError):
@@ -97,13 +92,13 @@ def flag(name: str, value: object) -> bool:
 
 
 def interval(name: str, value: object) -> tuple[float, float]:
-    """Return `value` as a pair of angles with 0 inside."""
+    """Return `value` as a pair of numbers, the first one lower."""
     try:
         low, high = (as_number(end) for end in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        refuse(name, value, "must be a pair of finite angles (rad)")
-    if not -_WIDEST <= low < 0.0 < high <= _WIDEST:
-        refuse(name, value, f"must have 0 inside, and its ends within {_WIDEST:g} rad (not degrees)")
+        refuse(name, value, "must be a pair of finite numbers")
+    if not low < high:
+        refuse(name, value, "must be a pair of numbers, the first one lower")
     return low, high
 
 
@@ -139,7 +134,7 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "configurations": flag,
     "gyroscopic": flag,
     "count": lambda name, value: whole_number(name, value, 1),
-    "span": interval,
+    "span": lambda name, value: None if value is None else interval(name, value),
     "angle": angle,
     "unstable": lambda name, value: whole_number(name, value, 0, 1000),
     "every": lambda name, value: None if value is None else whole_number(name, value, 1),
@@ -178,25 +173,9 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
         for name, value in given.arguments.items():
             if name in checks:
                 given.arguments[name] = checks[name](name, value)
-        scene = given.arguments.get("scene")
-        if isinstance(scene, Scene) and scene.turned == "right":
-            return _of_the_image(function, given, scene)
         return function(*given.args, **given.kwargs)
 
     return call
-
-
-def _of_the_image(function: Callable[..., Any], given: inspect.BoundArguments, scene: Scene) -> Any:
-    """What a function finds of the scene's image, mapped back; errors name the states of the scene."""
-    given.arguments["scene"] = scene.image
-    try:
-        return imaged(function(*given.args, **given.kwargs), scene, fresh=True)
-    except SceneError as error:
-        raise SceneError(_STATE.sub(lambda found: swapped(found[0]), str(error))) from None
-    except SolverError as error:
-        if error.history is not None:
-            error.history = imaged(error.history, scene, fresh=True)
-        raise
 
 
 def half_of_memory() -> float:

@@ -17,12 +17,11 @@ what the types mean instead:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ribbonfem.events import between, kinks_of
-from ribbonfem.image import imaged
+from ribbonfem.events import between
 from ribbonfem.results import MESH, Array, Fold, History, Value
 from ribbonfem.scene import Scene, shown, swapped
 
@@ -128,7 +127,7 @@ def instant(history: History, time: float) -> Instant:
     if k == 0:
         height, slope = float(heights[0]), float(slopes[0])
     else:
-        height = between(times, heights, k, velocities, kinks_of(angles))(time)
+        height = between(times, heights, k, velocities, history.kinks(times, angles))(time)
         slope = between(times, slopes, k)(time)
     angle = float(np.interp(time, times, angles))
     return Instant(time, angle, height, slope, name_by_signs(height, slope))
@@ -138,9 +137,10 @@ def _two_snaps(scene: Scene, folds: tuple[Fold, ...]) -> bool:
     """Whether the ramp is Path 2, U+S+ to U+S- to U-S+, or its image, and not known to meet one fold only."""
     if len(folds) == 1 and folds[0].scene is not None and folds[0].scene.stop is None:
         return False
-    if scene.turned == "right":
-        scene = scene.image
-    return (scene.start, scene.rate > 0.0) in (("U+S+", True), ("U-S+", False))
+    if scene.drive not in ("left", "right"):
+        return False
+    start = scene.start if scene.drive == "left" else swapped(scene.start)
+    return (start, scene.direction > 0.0) in (("U+S+", True), ("U-S+", False))
 
 
 def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant | None]:
@@ -178,12 +178,29 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     minima = _rebounds(history, first)
     times["first minimum"] = float(minima[0, 0]) if len(minima) else None
     for k, fold in enumerate(folds, 1):
-        time = fold.angle / history.scene.rate
-        reached = 0.0 <= time <= history.time[-1] and abs(fold.angle) <= abs(history.angle[-1])
-        times[f"alpha_c{k}" if two or len(folds) > 1 else "alpha_c"] = time if reached else None
+        name = f"alpha_c{k}" if two or len(folds) > 1 else "alpha_c"
+        times[name] = _passes(history, fold.control)
     times["end"] = float(history.time[-1])
     found = {name: None if time is None else instant(history, time) for name, time in times.items()}
     return dict(sorted(found.items(), key=lambda item: np.inf if item[1] is None else item[1].time))
+
+
+def _passes(history: History, control: float) -> float | None:
+    """When the control first passes a value, s; None if it does not."""
+    scene = history.scene
+    if scene.schedule is None:
+        time = control / scene.rate
+        reached = 0.0 <= time <= history.time[-1] and abs(control) <= abs(history.control[-1])
+        return time if reached else None
+    times, controls = history.track[:2]
+    beyond = np.flatnonzero((controls[1:] - control) * (controls[0] - control) <= 0.0)
+    if not beyond.size:
+        return None
+    k = int(beyond[0])
+    share = (
+        (control - controls[k]) / (controls[k + 1] - controls[k]) if controls[k + 1] != controls[k] else 0.0
+    )
+    return float(times[k] + share * (times[k + 1] - times[k]))
 
 
 def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
@@ -232,14 +249,12 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
     """
     scene = history.scene
     require_folds_of(history, folds)
-    if scene.turned == "right":
-        # the image has the same heights and angles, and its outcome with the sign of S exchanged
-        bare = tuple(Fold(fold.angle, fold.height, fold.load) for fold in folds)
-        found = classify(imaged(history, scene.image), bare)
-        return replace(found, final=swapped(found.final))
-    if scene.start != "U+S+" or scene.rate < 0.0:
+    # read from its other end, a ribbon whose right clamp turns is one whose left clamp does, S exchanged
+    path, side = {"left": ("U+S+", 1.0), "right": ("U+S-", -1.0)}.get(str(scene.drive), ("", 0.0))
+    if scene.start != path or scene.direction < 0.0:
         raise ValueError(
-            f"start = {scene.start!r}, rate = {scene.rate!r}: outcomes are those of U+S+, rate > 0"
+            f"start = {scene.start!r}, drive = {scene.drive!r}, rate = {scene.rate!r}: outcomes are those of "
+            "U+S+ turned by the left clamp, or U+S- by the right one, rate > 0"
         )
     if len(folds) != 2:
         raise ValueError(f"{len(folds)} folds: the two folds of Path 2 are needed")
@@ -253,21 +268,21 @@ def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
     if second is None:
         kind = "none" if first is None else "first only"
         return outcome(kind, "z never passes 0")
-    if second[1] < folds[1].angle:
+    if second[1] < folds[1].control:
         return outcome("type 1", "z passes 0 before alpha_c2")
     rebound = (minima[:, 0] < second[0]) & (minima[:, 2] > 0.0)
     if rebound.any():
         return outcome("no skip", "z comes back up from a minimum above 0")
-    if first is None or first[0] >= second[0] or history.angle[-1] < folds[1].angle:
+    if first is None or first[0] >= second[0] or history.control[-1] < folds[1].control:
         return outcome("type 2", "no first snap before the second")
     times, angles, heights, slopes, _ = history.track
     speed = np.abs(np.gradient(heights, times))
     before = times <= second[0]
     height, fall, slope = (
-        float(np.interp(folds[1].angle, angles[before], values[before]))
+        float(np.interp(folds[1].control, angles[before], values[before]))
         for values in (heights, speed, slopes)
     )
-    near = abs(height - folds[1].height) < _NEAR and slope > 0.0
+    near = abs(height - folds[1].height) < _NEAR and side * slope > 0.0
     if near and fall < _SLOW * speed[before].max():
         return outcome("no skip", "it rests near U+S- when alpha_c2 comes")
     return outcome("type 2", "z falls past 0 without a stop, after alpha_c2")

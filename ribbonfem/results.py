@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from .events import kinks_of, root
 from .frozen import Frozen, Value, called_later, html_table, short_policy, some_rows
-from .scene import Scene, as_number, shown
+from .scene import Scene, SceneError, as_number, shown
 
-__all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "SolverError", "Value"]
+__all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "Instability", "SolverError", "Value"]
 
 Array = NDArray[np.float64]
 
@@ -40,20 +40,51 @@ class SolverError(RuntimeError):
         self.history = history
 
 
+def told(scene: Scene | None, control: float, form: str = ".6g") -> str:
+    """The control with its name and unit: alpha where only clamps turn."""
+    name, unit = ("alpha", "rad") if scene is None or scene.turning else ("control", scene.drives.unit)
+    return f"{name} {control:{form}} {unit}".rstrip()
+
+
+def axis_of(scene: Scene | None) -> str:
+    """The head of a column of controls."""
+    if scene is None or scene.turning:
+        return "alpha (rad)"
+    return f"control ({scene.drives.unit})" if scene.drives.unit else "control"
+
+
+class Controlled(Value):
+    """A result along a control; `angle` is that where it is one of clamps."""
+
+    @property
+    def angle(self) -> Any:
+        """The control, where only clamps are turned.
+
+        Raises
+        ------
+        SceneError
+            Where something else moves.
+        """
+        scene = self.scene  # type: ignore[attr-defined]
+        if scene is not None and not scene.turning:
+            raise SceneError(f"angle: what moves is drive = {scene.drive!r}, no angle; read `control`")
+        return self.control  # type: ignore[attr-defined]
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Fold(Value):
-    """A saddle-node bifurcation in the angle.
+class Fold(Controlled):
+    """A saddle-node bifurcation in the control.
 
     Attributes
     ----------
-    angle: alpha at the fold, rad.
+    control: where the scene's control is at the fold: an angle in rad, a length in L, a force in EI2/L^2.
     height: z(1/2)/L there.
     load: compressive end force times L^2/EI2 (sigma^2 of the quasi-linear beam).
     model, scene, policy: what it is a fold of, by which model and on which mesh; of a bare Fold
         "", None and {}.
     """
 
-    angle: float
+    control: float
     height: float
     load: float
     model: str = ""
@@ -63,13 +94,13 @@ class Fold(Value):
     def __repr__(self) -> str:
         of = "; ".join(part for part in (self.model, short_policy(self.policy)) if part)
         return (
-            f"Fold(alpha {self.angle:.9g} rad, z(1/2) {self.height:.9g} L, load {self.load:.9g} EI2/L^2"
-            f"{f'; {of}' if of else ''})"
+            f"Fold({told(self.scene, self.control, '.9g')}, z(1/2) {self.height:.9g} L, "
+            f"load {self.load:.9g} EI2/L^2{f'; {of}' if of else ''})"
         )
 
     def _repr_html_(self) -> str:
-        row = [float(self.angle), float(self.height), float(self.load)]
-        return html_table(_caption(self), ("alpha (rad)", "z(1/2)/L", "load (EI2/L^2)"), [row])
+        row = [float(self.control), float(self.height), float(self.load)]
+        return html_table(_caption(self), (axis_of(self.scene), "z(1/2)/L", "load (EI2/L^2)"), [row])
 
 
 def _caption(result: Any) -> str:
@@ -84,12 +115,46 @@ def _uniform(positions: Array | None) -> Array:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Branch(Value):
+class Instability(Controlled):
+    """Where the state that a slow ramp follows is lost.
+
+    Attributes
+    ----------
+    control: where the scene's control is there.
+    kind: "fold"; "pitchfork", where the reduced equation has no quadratic term; "branch", where it has one.
+    subcritical: whether the states that cross there are there before it: of a pitchfork the sign of the
+        cubic term.
+    out_of_plane: whether a planar state leaves its plane.
+    height: z(1/2)/L there.
+    load: compressive end force times L^2/EI2.
+    model, scene, policy: what it is an instability of, by which model and on which mesh.
+    """
+
+    control: float
+    kind: str
+    subcritical: bool
+    out_of_plane: bool
+    height: float
+    load: float
+    model: str = ""
+    scene: Scene | None = None
+    policy: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        what = ("subcritical " if self.subcritical and self.kind == "pitchfork" else "") + self.kind
+        return (
+            f"Instability({what} at {told(self.scene, self.control, '.9g')}"
+            f"{', out of the plane' if self.out_of_plane else ''}, z(1/2) {self.height:.9g} L)"
+        )
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Branch(Controlled):
     """A connected curve of equilibria, one row a point, in the order of the curve.
 
     Attributes
     ----------
-    angle: (rows,) rad.
+    control: (rows,) of the scene.
     height: (rows,) z(1/2)/L.
     slope: (rows,) z-component of the unit tangent at midspan.
     load: (rows,) compressive end force times L^2/EI2.
@@ -103,7 +168,7 @@ class Branch(Value):
         nodes, 3) or at the edges between them (rows, nodes - 1, 3); None of planar beams.
     """
 
-    angle: Array
+    control: Array
     height: Array
     slope: Array
     load: Array
@@ -121,19 +186,21 @@ class Branch(Value):
         if self.arclength is None:
             object.__setattr__(self, "arclength", _uniform(self.configurations))
         if self.energy is None:
-            object.__setattr__(self, "energy", np.full(len(self.angle), np.nan))
+            object.__setattr__(self, "energy", np.full(len(self.control), np.nan))
         super().__post_init__()
 
     def __len__(self) -> int:
-        return len(self.angle)
+        return len(self.control)
 
     def __repr__(self) -> str:
-        span = f"alpha {self.angle.min():.4g} .. {self.angle.max():.4g} rad" if len(self) else "empty"
-        folds = ", ".join(f"{fold.angle:.6g}" for fold in self.folds) or "none"
+        turning = self.scene is None or self.scene.turning
+        name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
+        span = f"{name} {self.control.min():.4g} .. {self.control.max():.4g} {unit}" if len(self) else "empty"
+        folds = ", ".join(f"{fold.control:.6g}" for fold in self.folds) or "none"
         return (
             f"Branch({self.model or 'any model'}, {len(self)} points, {span}, "
             f"{int(np.count_nonzero(self.stable))} stable;\n"
-            f"  folds at {folds} rad;\n"
+            f"  folds at {folds} {unit};\n"
             f"  {short_policy(self.policy)})"
         )
 
@@ -150,20 +217,20 @@ class Branch(Value):
         return called_later("ribbonfem.output.tables:branch_dataset", self)
 
     def _repr_html_(self) -> str:
-        columns = ("", "alpha (rad)", "z(1/2)/L", "load (EI2/L^2)")
+        columns = ("", axis_of(self.scene), "z(1/2)/L", "load (EI2/L^2)")
         rows: list[list[Any]] = [
-            ["fold", float(fold.angle), float(fold.height), float(fold.load)] for fold in self.folds[:8]
+            ["fold", float(fold.control), float(fold.height), float(fold.load)] for fold in self.folds[:8]
         ]
         rows += [
             ["stable" if self.stable[k] else "unstable"]
-            + [float(c[k]) for c in (self.angle, self.height, self.load)]
+            + [float(c[k]) for c in (self.control, self.height, self.load)]
             for k in some_rows(len(self), 12 - len(rows))
         ]
         return html_table(_caption(self), columns, rows)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class History(Value):
+class History(Controlled):
     """A motion, one row an accepted step, or some of those.
 
     What happens in it (`crossing`, `ribbonfem.outcomes`) is found in all steps, whichever have rows.
@@ -174,11 +241,12 @@ class History(Value):
     Attributes
     ----------
     time: (rows,) s.
-    angle: (rows,) of the left clamp, rad.
+    control: (rows,) of the scene; `angle` is the same where only clamps are turned.
     height: (rows,) z(1/2)/L.
     slope: (rows,) z-component of the unit tangent at midspan.
-    energies: "kinetic", "elastic", "dissipated" and "work" (of the clamp), each (rows,), in
-        EI2/L; kinetic + elastic + dissipated - work is constant in an exact solution.
+    energies: "kinetic", "elastic", "potential" (of weight), "dissipated" (by damping and retardation) and
+        "work" (of all controls), each (rows,), in EI2/L; kinetic + elastic + potential + dissipated - work is
+        constant in an exact solution.
     configurations: "positions" (rows, nodes, 3) in L, and what else the model has.
     stats: steps, newton_iterations, rejected, seconds (of the solve alone); of planar runs of `elastica`
         and `der` "leaves_plane", the angle (rad) at which the state at rest loses its stability out
@@ -201,7 +269,7 @@ class History(Value):
     """
 
     time: Array
-    angle: Array
+    control: Array
     height: Array
     slope: Array
     energies: Mapping[str, Array]
@@ -230,14 +298,16 @@ class History(Value):
         if not len(self):
             return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
         snap = self.crossing()
+        turning = self.scene is None or self.scene.turning
+        name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
         leaves = self.stats.get("leaves_plane", np.nan)
         share = self.stats.get("numerical_dissipation_share", 0.0)
         lost = self.stats.get("numerical_dissipation", 0.0)
         return (
-            f"History({self.model or 'any model'}, {len(self)} rows, {self.time[-1]:.4g} s, alpha "
-            f"{self.angle[0]:.4g} .. {self.angle[-1]:.6g} rad, z(1/2) {self.height[0]:.4g} .. "
+            f"History({self.model or 'any model'}, {len(self)} rows, {self.time[-1]:.4g} s, {name} "
+            f"{self.control[0]:.4g} .. {self.control[-1]:.6g} {unit}, z(1/2) {self.height[0]:.4g} .. "
             f"{self.height[-1]:.4g} L;\n"
-            + ("  no snap" if snap is None else f"  snap at {snap[1]:.6g} rad, {snap[0]:.6g} s")
+            + ("  no snap" if snap is None else f"  snap at {snap[1]:.6g} {unit}, {snap[0]:.6g} s")
             + (f"; leaves its plane at {leaves:.6g} rad" if leaves == leaves else "")
             + (
                 f";\n  the method itself {'took' if lost > 0.0 else 'gave'} {abs(lost):.3g} EI2/L, "
@@ -261,32 +331,33 @@ class History(Value):
         return called_later("ribbonfem.output.tables:motion_dataset", self)
 
     def _repr_html_(self) -> str:
-        columns = ("time (s)", "alpha (rad)", "z(1/2)/L", "slope")
+        columns = ("time (s)", axis_of(self.scene), "z(1/2)/L", "slope")
         rows = [
-            [float(c[k]) for c in (self.time, self.angle, self.height, self.slope)]
+            [float(c[k]) for c in (self.time, self.control, self.height, self.slope)]
             for k in some_rows(len(self))
         ]
         return html_table(_caption(self), columns, rows)
 
     @property
     def track(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Time, angle, height, slope and velocity of every step, whichever have rows."""
+        """Time, control, height, slope and velocity of every step, whichever have rows."""
         if self.steps is None:
-            return self.time, self.angle, self.height, self.slope, self.velocity
-        time, angle, height, slope, velocity = self.steps
-        return time, angle, height, slope, velocity
+            return self.time, self.control, self.height, self.slope, self.velocity
+        time, control, height, slope, velocity = self.steps
+        return time, control, height, slope, velocity
 
-    def crossing(self, quantity: str = "height", level: float = 0.0) -> tuple[float, float] | None:
-        """Time and angle at which "height" or "slope" first crosses `level`.
+    def crossing(self, quantity: str = "height", level: float | None = None) -> tuple[float, float] | None:
+        """Time and control at which "height" or "slope" first crosses `level`.
 
-        Counted only once the quantity has been further than 1e-6 from the level: at rest it may
+        The level of a height is by default the mean height of both clamps (0 where none is lifted).  Counted
+        only once the quantity has been further than 1e-6 from the level: at rest it may
         lie on it, and rounding crosses it then.  Solved for on a polynomial through the steps, and
-        the velocities, around the crossing (`crossings.root`), so that its error is of the
+        the velocities, around the crossing (`events.root`), so that its error is of the
         integration and not of their grid, and the same whichever rows are kept.
 
         Returns
         -------
-        (time, angle) in s and rad, or None if there is no crossing.
+        (time, control), the first in s, or None if there is no crossing.
 
         Raises
         ------
@@ -304,11 +375,18 @@ class History(Value):
         if not isinstance(quantity, str) or quantity not in ("height", "slope"):
             raise ValueError(f"quantity = {shown(quantity)}: must be 'height' or 'slope'")
         try:
-            level = as_number(level)
+            above = 0.0 if level is None else as_number(level)
         except ValueError as error:
             raise ValueError(f"level = {shown(level)}: {error}") from None
-        times, angles, height, slope, velocity = self.track
-        values = np.asarray(height if quantity == "height" else slope) - level
+        times, controls, height, slope, velocity = self.track
+        values, rates = np.asarray(height if quantity == "height" else slope) - above, None
+        if quantity == "height":
+            rates = velocity
+            if level is None and self.scene is not None:
+                # the mean of both clamps
+                lift = 0.5 * self.scene.drives.lift
+                values = values - 0.5 * self.scene.preset.get("lift", 0.0) - lift * controls
+                rates = None if lift else velocity
         departed = np.flatnonzero(np.abs(values) > DEPARTED)
         if not departed.size:
             return None
@@ -318,22 +396,32 @@ class History(Value):
             return None
         k = int(departed[0] + beyond[0])
         if values[k] == 0.0:
-            return float(times[k]), float(angles[k])
-        rates = velocity if quantity == "height" else None
-        time = root(times, values, k, rates, kinks_of(angles))
-        return time, float(np.interp(time, times, angles))
+            return float(times[k]), float(controls[k])
+        time = root(times, values, k, rates, self.kinks(times, controls))
+        schedule = None if self.scene is None else self.scene.schedule
+        return time, float(np.interp(time, times, controls)) if schedule is None else schedule(time)
+
+    def kinks(self, times: Array, controls: Array) -> tuple[int, ...]:
+        """The rows of these at which the control's speed jumps."""
+        if self.scene is None or self.scene.schedule is None:
+            return kinks_of(controls)
+        # (times of a run are sums of its steps)
+        at = np.array([0.0, *self.scene.schedule.kinks])
+        rows = np.clip(np.searchsorted(times, at - 1e-9 * (1.0 + at)), 0, len(times) - 1)
+        near = np.abs(times[rows] - at) <= 1e-9 * (1.0 + at)
+        return tuple(int(row) for row in rows[near])
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class RestState(Value):
+class RestState(Controlled):
     """One equilibrium of the ribbon.
 
     Attributes
     ----------
     name: of the state as its signs say, "U+S+" and so on.
-    angle: alpha, rad.
+    control: where the scene's control is.
     height, slope: z(1/2)/L and the z-component of the tangent there.
-    force: (3,) n, the force in the rod in the fixed frame, EI2/L^2; the right clamp pulls with n.
+    force: (3,) n, the force in the rod at the right clamp, which pulls with it, in the fixed frame, EI2/L^2.
     energy: elastic, in EI2/L.
     index: number of unstable directions; 0 is stable.
     s: (nodes,) arclength of the nodes, in L.
@@ -345,7 +433,7 @@ class RestState(Value):
     """
 
     name: str
-    angle: float
+    control: float
     height: float
     slope: float
     force: Array
@@ -369,6 +457,6 @@ class RestState(Value):
 
     def __repr__(self) -> str:
         return (
-            f"RestState({self.name!r}, alpha {self.angle:.6g} rad, z(1/2) {self.height:.6g} L, "
+            f"RestState({self.name!r}, {told(self.scene, self.control)}, z(1/2) {self.height:.6g} L, "
             f"energy {self.energy:.6g} EI2/L, index {self.index})"
         )

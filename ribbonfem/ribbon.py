@@ -64,15 +64,22 @@ def refuse_unknown(owner: str, unknown: Mapping[str, object], fields: Iterable[s
     for name, value in unknown.items():
         near = get_close_matches(name, tuple(fields), 1)
         meant = f", perhaps {near[0]!r} is meant" if near else ""
-        raise SceneError(f"{owner}.{name} = {shown(value)}: there is no such field{meant}; there are {', '.join(fields)}")
+        raise SceneError(
+            f"{owner}.{name} = {shown(value)}: there is no such field{meant}; there are {', '.join(fields)}"
+        )
 
 
 def _along(name: str, values: object) -> float | tuple[float, ...]:
     """A natural curvature or twist: a number, or values at equal steps from clamp to clamp."""
     if isinstance(values, Iterable) and not isinstance(values, (str, bytes)):
-        some = tuple(field_number("Ribbon", name, value.item() if isinstance(value, np.generic) else value) for value in values)
+        some = tuple(
+            field_number("Ribbon", name, value.item() if isinstance(value, np.generic) else value)
+            for value in values
+        )
         if len(some) < 2:
-            raise SceneError(f"Ribbon.{name} = {shown(values)}: a number, or two values and more along the ribbon")
+            raise SceneError(
+                f"Ribbon.{name} = {shown(values)}: a number, or two values and more along the ribbon"
+            )
         # (a shape that is the same all along is a number)
         return some if len(set(some)) > 1 else some[0]
     return field_number("Ribbon", name, values)
@@ -253,9 +260,7 @@ class Ribbon:
             )
 
     def _values(self) -> tuple[Any, ...]:
-        return tuple(
-            getattr(self, name) for name in (*_SIZES, "poisson", *_RATIOS, *_SHAPES, "retardation")
-        )
+        return tuple(getattr(self, name) for name in (*_SIZES, "poisson", *_RATIOS, *_SHAPES, "retardation"))
 
     def __eq__(self, other: object) -> bool:
         return self._values() == other._values() if isinstance(other, Ribbon) else NotImplemented

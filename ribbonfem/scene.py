@@ -199,7 +199,7 @@ class Scene:
                 x, y, z = gravity  # type: ignore[misc]
             except (TypeError, ValueError):
                 raise SceneError(
-                    f"Scene.gravity = {shown(gravity)}: three numbers in m/s2 are needed, (gx, gy, gz), or None"
+                    f"Scene.gravity = {shown(gravity)}: (gx, gy, gz) in m/s2 are needed, or None"
                 ) from None
             gravity = tuple(field_number("Scene", "gravity", g) for g in (x, y, z))
         self._set("gravity", gravity)
@@ -210,9 +210,15 @@ class Scene:
         if schedule is not None:
             if not isinstance(schedule, Schedule):
                 raise SceneError(f"Scene.schedule = {shown(schedule)}: a Schedule is needed, or None")
-            for name, value, usual in (("rate", self.rate, _RATE), ("stop", stop, None), ("hold", self.hold, 0.0)):
+            for name, value, usual in (
+                ("rate", self.rate, _RATE),
+                ("stop", stop, None),
+                ("hold", self.hold, 0.0),
+            ):
                 if value != usual:
-                    raise SceneError(f"Scene.{name} = {shown(value)}: a schedule says this; give one of the two")
+                    raise SceneError(
+                        f"Scene.{name} = {shown(value)}: a schedule says this; give one of the two"
+                    )
             if schedule.jumps and self.drives.kind != "force":
                 raise SceneError(
                     f"Scene.schedule: two values at one time are a jump, which is for drive='force' alone, "
@@ -243,8 +249,8 @@ class Scene:
             if not np.linalg.norm(chord) < 1.0:
                 value = control if where != "preset" else dict(self.preset)
                 raise SceneError(
-                    f"Scene.{where} = {value!r}: the chord is {np.linalg.norm(chord):.6g} L there; it must be "
-                    "shorter than the ribbon"
+                    f"Scene.{where} = {value!r}: the chord is {np.linalg.norm(chord):.6g} L there; it must "
+                    "be shorter than the ribbon"
                 )
 
     def _warn(self) -> None:
@@ -261,8 +267,8 @@ class Scene:
             if weight > 1.0:
                 _told.add(self.ribbon)
                 warnings.warn(
-                    f"Scene.gravity = None: nothing is said of weight, and the ribbon's is {weight:.3g} EI2/L^2 "
-                    f"at {_GRAVITY:g} m/s2; gravity=(0, 0, 0) says that none acts",
+                    f"Scene.gravity = None: nothing is said of weight, and the ribbon's is {weight:.3g} "
+                    f"EI2/L^2 at {_GRAVITY:g} m/s2; gravity=(0, 0, 0) says that none acts",
                     SceneWarning,
                     stacklevel=4,
                 )
@@ -290,15 +296,17 @@ class Scene:
             stop = "" if self.stop is None else f" to {self.stop:g} {unit}".rstrip()
             held = f", held for {self.hold:g} s" if self.stop is not None and self.hold else ""
             moves = f"{self.rate:g} {unit}/s{stop}{held}"
-        told = "" if self.drive == "left" else f", {self.drive if isinstance(self.drive, str) else drive!r} driven"
+        told = (
+            ""
+            if self.drive == "left"
+            else f", {self.drive if isinstance(self.drive, str) else drive!r} driven"
+        )
         told += "".join(f", {name} {value:g}" for name, value in self.preset.items())
         if self.gravity is not None and any(self.gravity):
             told += f", gravity ({', '.join(f'{g:g}' for g in self.gravity)}) m/s2"
         if self.ribbon.shaped:
             told += ", naturally bent"
-        return (
-            f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {moves}, nu {self.damping:g} /s{told}"
-        )
+        return f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {moves}, nu {self.damping:g} /s{told}"
 
     @property
     def turned(self) -> str:
@@ -338,24 +346,21 @@ class Scene:
         """How far a ramp goes: `stop`, or the schedule's extreme in its direction; None without either."""
         return self.stop if self.schedule is None else self.schedule.furthest
 
-    @cached_property
-    def reach(self) -> float:
-        """How far the control is followed where nothing says how far: what a bench and the chord allow.
+    def reach_towards(self, sign: float) -> float:
+        """How far the control is followed to one side where nothing says how far: a magnitude, from 0.
 
-        Three turns of clamps and twists, 100 EI2/L^2 of a force, .98 of what the chord allows of lengths, in
-        the control's direction: a magnitude counted from 0.
+        Three turns of clamps and twists, 100 EI2/L^2 of a force, .98 of what the chord allows of lengths.
         """
-        moved = self.drives.moved
         far = [
-            3.0 * 2.0 * math.pi / abs(by) if name not in (*LENGTHS, "force") else _FORCE / abs(by)
-            for name, by in moved.items()
+            (_FORCE if name == "force" else 6.0 * math.pi) / abs(by)
+            for name, by in self.drives.moved.items()
             if name not in LENGTHS
         ]
-        rate = self.chord(1.0) - self.chord(0.0)
+        first = self.chord(0.0)
+        rate = sign * (self.chord(1.0) - first)
         if rate.any():
-            first = self.chord(0.0)
             # |first + x rate| = 1
-            a, b, c = rate @ rate, self.direction * (first @ rate), first @ first - 1.0
+            a, b, c = rate @ rate, first @ rate, first @ first - 1.0
             far.append(_FEASIBLE * (-b + math.sqrt(b * b - a * c)) / a)
         return float(min(far))
 
@@ -367,9 +372,7 @@ class Scene:
     def chord(self, control: float) -> Any:
         """r(L) - r(0), (3,) in L."""
         at = self.controls(control)
-        return np.array(
-            [1.0 - self.compression - at["compression"], -self.shear - at["shear"], at["lift"]]
-        )
+        return np.array([1.0 - self.compression - at["compression"], -self.shear - at["shear"], at["lift"]])
 
     @cached_property
     def weight(self) -> tuple[float, float, float]:
@@ -382,7 +385,11 @@ class Scene:
         """The scene at rest without presets, loads and natural shape: where its `start` is named."""
         if not self.dressed:
             return self.at_rest
-        bare = {"preset": {}, "gravity": (0.0, 0.0, 0.0), "ribbon": replace(self.ribbon, curvature=0.0, twist=0.0)}
+        bare = {
+            "preset": {},
+            "gravity": (0.0, 0.0, 0.0),
+            "ribbon": replace(self.ribbon, curvature=0.0, twist=0.0),
+        }
         return replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0, schedule=None, **bare)  # type: ignore[arg-type]
 
     @property
@@ -425,7 +432,9 @@ class Scene:
         """The scene without its ramp: what its equilibria depend on."""
         begin = self.begin
         still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, begin + self.direction), "linear")
-        return replace(self, rate=1.0 if still is None else _RATE, stop=None, hold=0.0, damping=0.0, schedule=still)
+        return replace(
+            self, rate=1.0 if still is None else _RATE, stop=None, hold=0.0, damping=0.0, schedule=still
+        )
 
     @cached_property
     def scaled_rate(self) -> float:
@@ -451,7 +460,9 @@ class Scene:
         if not self.planar:
             names = [n for n in ("shear", *TWISTS) if n in self.drives.moved or n in self.preset]
             what = f"{names[0]!r}" if names else "gravity along y" if self.weight[1] else "Ribbon.twist"
-            raise SceneError(f"Scene: {what} leaves the plane: {model} is planar; kirchhoff and der follow it")
+            raise SceneError(
+                f"Scene: {what} leaves the plane: {model} is planar; kirchhoff and der follow it"
+            )
 
     @property
     def isolated(self) -> bool:
@@ -478,7 +489,7 @@ class Scene:
             )
 
     def require_stop(self) -> float:
-        """Where the control stops, or a `SceneError` if a simulation is asked of a scene that does not say it."""
+        """Where the control stops, or a `SceneError` if a simulation is asked of a scene that says no end."""
         if self.schedule is not None:
             return self.schedule.value[-1]
         if self.stop is None:

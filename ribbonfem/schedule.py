@@ -73,8 +73,8 @@ class Schedule:
             raise SceneError(f"Schedule.kind = {shown(self.kind)}: must be 'smooth' or 'linear'")
         if len(self.time) < 2 or len(self.value) != len(self.time):
             raise SceneError(
-                f"Schedule.value: {len(self.value)} values for {len(self.time)} instants; as many are needed, "
-                "and two at least"
+                f"Schedule.value: {len(self.value)} values for {len(self.time)} instants; as many are needed, two "
+                "at least"
             )
         if self.time[0] != 0.0:
             raise SceneError(f"Schedule.time[0] = {self.time[0]!r}: must be 0, where the start is at rest")
@@ -252,7 +252,9 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array
     text = Path(path).read_text(encoding="utf-8-sig")
     first = text.split("\n", 1)[0]
     separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
-    rows = [row for row in csv.reader(text.splitlines(), delimiter=separator) if any(cell.strip() for cell in row)]
+    rows = [
+        row for row in csv.reader(text.splitlines(), delimiter=separator) if any(cell.strip() for cell in row)
+    ]
     if not rows:
         raise SceneError(f"{what}: {path}: an empty file")
     names = [cell.strip() for cell in rows[0]]
@@ -265,7 +267,11 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array
     for column in wanted:
         if isinstance(column, str) and column in names:
             places.append(names.index(column))
-        elif isinstance(column, int) and not isinstance(column, bool) and 0 <= column < len(rows[0] if rows else names):
+        elif (
+            isinstance(column, int)
+            and not isinstance(column, bool)
+            and 0 <= column < len(rows[0] if rows else names)
+        ):
             places.append(column)
         else:
             there = ", ".join(names) or f"{len(rows[0])} without names"
@@ -329,7 +335,9 @@ def _quintic(length: Array, y: Array, slope: Array, bend: Array) -> Array:
 def _monotone(pieces: Array, length: Array, rise: Array) -> NDArray[np.bool_]:
     """Which pieces go from their first value to their last without turning back."""
     at = _INSIDE * length[:, None]
-    slope = sum((c * pieces[:, c, None] * at ** (c - 1) for c in range(2, 6)), np.tile(pieces[:, 1:2], _INSIDE.size))
+    slope = sum(
+        (c * pieces[:, c, None] * at ** (c - 1) for c in range(2, 6)), np.tile(pieces[:, 1:2], _INSIDE.size)
+    )
     scale = (np.abs(rise) / length + np.abs(pieces[:, 1]))[:, None]
     forward = np.where(rise[:, None] == 0.0, -np.abs(slope), slope * np.sign(rise)[:, None])
     return np.asarray((forward >= -1e-9 * scale - 1e-15).all(axis=1))

@@ -14,7 +14,7 @@ def made(angle, height, slope, **scene):
     angle = np.asarray(angle, dtype=float)
     return History(
         time=angle / 0.1,
-        angle=angle,
+        control=angle,
         height=np.asarray(height, dtype=float),
         slope=np.asarray(slope, dtype=float),
         energies={},

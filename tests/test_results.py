@@ -8,7 +8,7 @@ def history(time, height, **fields):
     time = np.asarray(time)
     return History(
         time=time,
-        angle=0.1 * time,
+        control=0.1 * time,
         height=np.asarray(height),
         slope=np.cos(time),
         energies={},

@@ -286,7 +286,7 @@ def simulate(
     moments, height = rows[:, 0], rows[:, 2 if scene.planar else 3] / scene.ribbon.length
     return History(
         time=moments,
-        angle=scene.rate * moments,
+        control=scene.rate * moments,
         height=height,
         slope=np.full(len(height), np.nan),
         energies={},

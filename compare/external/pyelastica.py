@@ -178,7 +178,7 @@ def simulate(scene: Scene, *, nodes: int = 51, step: float = 2.5e-5) -> History:
     moments = np.array(times)
     return History(
         time=moments,
-        angle=rate * moments,
+        control=rate * moments,
         height=height,
         slope=np.full(len(height), np.nan),
         energies={},

@@ -25,6 +25,7 @@ __all__ = [
     "at_parameter",
     "equilibrium",
     "first_point",
+    "parameter_weight",
     "switch",
     "trace",
 ]

@@ -30,7 +30,7 @@ _LENGTH_WEIGHT, _FORCE_WEIGHT = 1.0, PARAMETER_WEIGHT / 30.0**2
 
 
 def parameter_weight(moved: Array) -> float:
-    """The weight of a parameter that moves controls (8,) by so much (`ribbonfem.drive`): that of the heaviest."""
+    """The weight of a parameter that moves controls (8,) by so much (`ribbonfem.drive`): the largest."""
     weights = np.array([PARAMETER_WEIGHT] * 4 + [_LENGTH_WEIGHT] * 3 + [_FORCE_WEIGHT])
     return float((weights * moved**2).max())
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ribbonfem.results import MESH, Array, Branch, Fold, SolverError
+from ribbonfem.options import OptionError
+from ribbonfem.results import MESH, Array, Branch, Fold, Instability, SolverError, told
 from ribbonfem.scene import Ribbon, Scene
 
-from .corrector import Point, Problem, State, Steps, first_point
-from .tracing import Event, Segment, at_parameter, trace
+from .corrector import Point, Problem, State, Steps, equilibrium, first_point
+from .tracing import Event, Segment, at_parameter, switch, trace
 
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
 _NEARLY_PLANAR = 1e-3
@@ -62,7 +63,7 @@ class Curve:
         mesh = {name: value for name, value in policy.items() if name in MESH}
         of: dict[str, Any] = {"model": model, "scene": scene, "policy": mesh}
         return Branch(
-            angle=self.parameter,
+            control=self.parameter,
             height=self.height,
             slope=self.slope,
             load=self.load,
@@ -84,32 +85,41 @@ def as_fold(problem: Problem[State], point: Point[State], **of: Any) -> Fold:
     return Fold(float(point.parameter), float(height), float(load), **of)
 
 
+def span_of(scene: Scene) -> tuple[float, float]:
+    """Where curves of a scene's control are followed by default, its start inside."""
+    kind = scene.drives.kind
+    usual = {"force": 30.0, "length": np.inf}.get(kind, 1.5)
+    low, high = (min(usual, scene.reach_towards(sign)) for sign in (-1.0, 1.0))
+    return min(-low, scene.begin - 0.1 * low), max(high, scene.begin + 0.1 * high)
+
+
 def whole_curve(
     problem: Problem[State],
     state: State,
     span: tuple[float, float],
     steps: Steps | None = None,
     unstable: int = 2,
+    begin: float = 0.0,
 ) -> Curve:
-    """The curve through an equilibrium at parameter 0, both ways, over `span` or until it closes.
+    """The curve through an equilibrium at parameter `begin`, both ways, over `span` or until it closes.
 
-    The start state is a row, at parameter exactly 0.  States with more than `unstable` unstable
+    The start state is a row, at parameter exactly `begin`.  States with more than `unstable` unstable
     directions end the curve (see `trace`).
 
     Raises
     ------
-    ValueError
-        If `span` does not contain 0 inside.
+    OptionError
+        If `span` does not contain `begin` inside.
     SolverError
         From the continuation.
     """
-    if not span[0] < 0.0 < span[1]:
-        raise ValueError(f"span = {span!r}: must contain 0 inside")
+    if not span[0] < begin < span[1]:
+        raise OptionError(f"span = {span!r}: must have {begin:g} inside, where the start is")
     points: list[Point[State]] = []
     events: list[Event[State]] = []
     closed = False
     for sign in (-1.0, 1.0):
-        first = first_point(problem, state, 0.0, sign)
+        first = first_point(problem, state, begin, sign)
         half = [first]
         turns: list[Event[State]] = []
         for segment in trace(problem, first, span, steps, unstable):
@@ -139,54 +149,63 @@ def whole_curve(
     )
 
 
-def _landing(problem: Problem[State], segment: Segment[State], reached: Point[State], steps: Steps) -> float:
+def _above(problem: Problem[State], point: Point[State], scene: Scene) -> float:
+    """The height above the mean of both clamps."""
+    lift = scene.preset.get("lift", 0.0) + scene.drives.lift * point.parameter
+    return problem.observe(point.state, point.parameter)[0] - 0.5 * lift
+
+
+def _landing(
+    problem: Problem[State], segment: Segment[State], reached: Point[State], scene: Scene, steps: Steps
+) -> float:
     """The height on a segment where it has the parameter of `reached`; of its sign at least."""
-    start, end = (problem.observe(p.state, p.parameter)[0] for p in (segment.start, segment.end))
+    start, end = (_above(problem, point, scene) for point in (segment.start, segment.end))
     if start * end > 0.0:
         return end
     after = segment.events[-1].point.step if segment.events else 0.0
-    point = at_parameter(problem, segment, reached.parameter, steps, after)
-    return problem.observe(point.state, point.parameter)[0]
+    return _above(problem, at_parameter(problem, segment, reached.parameter, steps, after), scene)
 
 
-def ramp_folds(
+def ramp_events(
     problem: Problem[State],
     state: State,
     scene: Scene,
     steps: Steps | None = None,
 ) -> tuple[Event[State], ...]:
-    """The folds that a very slow ramp from alpha = 0 meets, in order (see `Scene`: rate, stop).
+    """Where the state that a very slow ramp from the control's start follows is lost, in order (see `Scene`).
 
-    At a fold the state passes to the stable sheet that the same curve reaches next at that
-    parameter.  The list ends with the fold at which the height changes sign, at `stop`, at a
-    full turn, or where the curve offers no further stable sheet before it climbs to states of
-    more than two unstable directions.
+    At a fold the state passes to the stable sheet that the same curve reaches next at that parameter.  The
+    list ends with the first branch point, or with the fold at which the height passes the mean of the
+    clamps', at `stop`, at the scene's `reach_towards`, or where the curve offers no further stable sheet
+    before it climbs to states of more than two unstable directions.
 
     Raises
     ------
     SolverError
-        If the state loses its stability at a branch point: the ramp then leaves this curve.
+        If the start is not stable, or the sheet beyond a fold is met backwards.
     """
-    steps = steps or steps_for(scene)
-    sign = 1.0 if scene.rate > 0.0 else -1.0
-    limit = 2.0 * np.pi if scene.stop is None else abs(scene.stop)
-    point = first_point(problem, state, 0.0, sign)
+    return _ramp_events(problem, state, scene.begin, scene, steps or steps_for(scene))
+
+
+def _ramp_events(
+    problem: Problem[State], state: State, begin: float, scene: Scene, steps: Steps
+) -> tuple[Event[State], ...]:
+    """The events of `ramp_events` from a state at a parameter on."""
+    sign, far = scene.direction, scene.furthest
+    limit = scene.reach_towards(sign) if far is None else sign * far
+    point = first_point(problem, state, begin, sign)
     if point.index != 0:
         raise SolverError(f"the start state is not stable: {point.index} unstable directions")
     found: list[Event[State]] = []
     seeking = False
     # the curve may wander far back before it reaches the next stable sheet
-    for segment in trace(problem, point, (-2.0 * np.pi, 2.0 * np.pi), steps):
+    for segment in trace(problem, point, (-scene.reach_towards(-1.0), scene.reach_towards(1.0)), steps):
         if seeking:
             reached = found[-1].point
             ends = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
             if segment.end.index or ends[0] * ends[1] > 0.0:
                 continue
-            if (
-                problem.observe(reached.state, reached.parameter)[0]
-                * _landing(problem, segment, reached, steps)
-                < 0.0
-            ):
+            if _above(problem, reached, scene) * _landing(problem, segment, reached, scene, steps) < 0.0:
                 break
             if ends[1] < ends[0]:
                 raise SolverError(
@@ -196,19 +215,119 @@ def ramp_folds(
             seeking = False
             continue
         for event in segment.events:
-            if event.kind != "fold":
-                if segment.start.index == 0:
-                    raise SolverError(
-                        f"the ramp loses stability at a branch point (parameter {event.point.parameter:.9g}) "
-                        "before a fold: another curve crosses there; see `equilibria`"
-                    )
-                continue
             if seeking or segment.start.index != 0:
                 continue
-            if abs(event.point.parameter) > limit:
+            if sign * event.point.parameter > limit:
                 return tuple(found)
+            if (
+                event.kind != "fold"
+                and segment.end.index == 0
+                and segment.start.rate * segment.end.rate < 0.0
+            ):
+                # the curve ends in another one, on which the state stays stable
+                beyond = _along(problem, event, sign * min(0.01, limit))
+                if beyond is not None and problem.linearise(*beyond).index == 0:
+                    return (*found, *_ramp_events(problem, *beyond, scene, steps))
             found.append(event)
+            if event.kind != "fold":
+                return tuple(found)
             seeking = True
         if not seeking and sign * segment.end.parameter > limit:
             break
     return tuple(found)
+
+
+def _along(problem: Problem[State], event: Event[State], further: float) -> tuple[State, float] | None:
+    """A state, and its parameter, on the curve through a branch point that breaks no symmetry; None without."""
+    point = event.point
+    along = -point.linearisation.solve(point.linearisation.slope)
+    # (the tangent is singular along the null vector alone)
+    weight = problem.weight * event.null
+    along -= event.null * float(weight @ along) / float(weight @ event.null)
+    parameter = point.parameter + further
+    guess = problem.advance(point.state, further * along, parameter)
+    try:
+        return equilibrium(problem, guess, parameter)[0], parameter
+    except SolverError:
+        return None
+
+
+def ramp_folds(
+    problem: Problem[State],
+    state: State,
+    scene: Scene,
+    steps: Steps | None = None,
+) -> tuple[Event[State], ...]:
+    """The folds of `ramp_events`.
+
+    Raises
+    ------
+    SolverError
+        As there, and if the state loses its stability at a branch point before any fold.
+    """
+    found = ramp_events(problem, state, scene, steps)
+    folds = tuple(event for event in found if event.kind == "fold")
+    if found and not folds and _folds_beyond(problem, found[0], scene, steps or steps_for(scene)):
+        where = told(scene, found[0].point.parameter, ".9g")
+        raise SolverError(
+            f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses there, "
+            "see `instabilities`; folds beyond are in `equilibria`"
+        )
+    return folds
+
+
+def _folds_beyond(problem: Problem[State], event: Event[State], scene: Scene, steps: Steps) -> bool:
+    """Whether the curve that goes on through a branch point turns back within reach."""
+    sign, far = scene.direction, scene.furthest
+    limit = scene.reach_towards(sign) if far is None else sign * far
+    beyond = _along(problem, event, sign * min(0.01, 0.5 * abs(limit - sign * event.point.parameter)))
+    if beyond is None:
+        return True
+    ends = (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
+    for segment in trace(problem, first_point(problem, *beyond, sign), ends, steps, 8):
+        if sign * segment.end.parameter > limit:
+            return False
+        if any(other.kind == "fold" for other in segment.events):
+            return True
+    return False
+
+
+# amplitudes of the curve that crosses at a branch point, and how unequal its two sides are at a pitchfork
+_SIDES, _UNEQUAL = (0.02, 0.005, 1e-3), 0.2
+
+
+def instability_of(
+    problem: Problem[State], event: Event[State], scene: Scene, steps: Steps | None, of: dict[str, Any]
+) -> Instability:
+    """What kind of point an event is, by where the curve that crosses there goes.
+
+    On that curve the control is p0 + q e^2 on both sides e of a pitchfork, and runs through p0 at a branch
+    point with a quadratic term; before p0 it is there while the state is stable still: subcritical.
+    """
+    point = event.point
+    height, _, load = problem.observe(point.state, point.parameter)
+    known = {"control": float(point.parameter), "height": float(height), "load": float(load)}
+    if event.kind == "fold":
+        return Instability(kind="fold", subcritical=False, out_of_plane=False, **known, scene=scene, **of)
+    across: Callable[[Array], bool] | None = getattr(problem, "crosses_plane", None)
+    out = scene.planar and across is not None and across(event.null)
+    for amplitude in _SIDES:
+        try:
+            sides = [
+                scene.direction * (switch(problem, event, side, steps).parameter - point.parameter)
+                for side in (amplitude, -amplitude)
+            ]
+        except SolverError:
+            continue
+        even, odd = sides[0] + sides[1], abs(sides[0] - sides[1])
+        kind = "pitchfork" if odd <= _UNEQUAL * abs(even) or (amplitude == _SIDES[-1] and out) else "branch"
+        if kind == "pitchfork" or amplitude == _SIDES[-1]:
+            return Instability(
+                kind=kind,
+                subcritical=bool(kind == "branch" or even < 0.0),
+                out_of_plane=out,
+                **known,
+                scene=scene,
+                **of,
+            )
+    return Instability(kind="branch", subcritical=True, out_of_plane=out, **known, scene=scene, **of)

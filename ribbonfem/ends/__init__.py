@@ -69,7 +69,9 @@ class Ends:
         moved = np.zeros(len(CONTROLS))
         own = {"dL": "compression", "dW": "shear"}.get(name, name)
         moved[CONTROLS.index(own)] = 1.0
-        chord = np.array([1.0 - (0.0 if name == "dL" else compression), -(0.0 if name == "dW" else shear), 0.0])
+        chord = np.array(
+            [1.0 - (0.0 if name == "dL" else compression), -(0.0 if name == "dW" else shear), 0.0]
+        )
         return cls(np.zeros(len(CONTROLS)), moved, chord, np.zeros(3))
 
     @property
@@ -103,7 +105,6 @@ class Ends:
         return np.array([0.0, 0.0, -at[7]]), np.array([0.0, 0.0, -self.moved[7]])
 
     @property
-
     def height(self, parameter: float) -> float:
         """The mean height of both clamps, in L."""
         return 0.5 * float(self.controls(parameter)[6])
@@ -114,7 +115,7 @@ _LARGEST = np.array([0.05, 0.05, 0.05, 0.05, 0.015, 0.015, 0.015, 2.0])
 
 
 def moving(scene: Scene, largest: float = 1.0) -> kernels.Ends:
-    """The controls of a scene in time, for compiled time loops; steps may change them by so much, times `largest`."""
+    """The controls of a scene in time, for compiled loops; `largest` multiplies what a step may change."""
     ends = Ends.of(scene)
     times, pieces, kinks = scene.motion
     table = np.array(pieces)

@@ -21,8 +21,8 @@ POSE_SIZE = 32
 class Ends(NamedTuple):
     """A scene's controls in time, see `ribbonfem.ends.Ends`; times in t*.
 
-    times (m + 1,), pieces (m + 1, 6), polynomials of the control from each of these instants on; kinks (k + 1,)
-    from 0 to the end, first (k + 1,) the piece that begins there, reached (k + 1,) the control there;
+    times (m + 1,), pieces (m + 1, 6), polynomials of the control from each of these instants on; kinks
+    (k + 1,) from 0 to the end, first (k + 1,) the piece that begins there, reached (k + 1,) the control there;
     longest (k,) the longest step between two kinks.
     """
 
@@ -71,7 +71,14 @@ def _at_end(ends: Ends, phase: int, value: float) -> float:
 
 @compiled()
 def _clamp(
-    pose: ndarray, which: int, angle: float, twist: float, turn: float, roll: float, turn2: float, roll2: float
+    pose: ndarray,
+    which: int,
+    angle: float,
+    twist: float,
+    turn: float,
+    roll: float,
+    turn2: float,
+    roll2: float,
 ) -> None:
     """Frame, spin and its rate of a clamp at Ry(angle) Rx(twist)."""
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
@@ -122,8 +129,13 @@ def pose_at(ends: Ends, phase: int, time: float, pose: ndarray) -> None:
 
 
 @compiled()
-def power_of(pose: ndarray, left: tuple[float, float, float], right: tuple[float, float, float],
-             pull: tuple[float, float, float], speed: float) -> float:
+def power_of(
+    pose: ndarray,
+    left: tuple[float, float, float],
+    right: tuple[float, float, float],
+    pull: tuple[float, float, float],
+    speed: float,
+) -> float:
     """Power of all controls: moments of the clamps on the ribbon (in their bodies' axes), the force of the
     right one, and the force at midspan, which moves along z at `speed`."""
     total = -pose[PUSH] * speed

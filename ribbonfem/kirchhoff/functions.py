@@ -16,10 +16,18 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.continuation import Event, Point, Steps, at_parameter, first_point, trace
-from ribbonfem.continuation.curves import as_fold, ramp_folds, steps_for, whole_curve
+from ribbonfem.continuation.curves import (
+    as_fold,
+    instability_of,
+    ramp_events,
+    ramp_folds,
+    span_of,
+    steps_for,
+    whole_curve,
+)
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.options import checked
-from ribbonfem.results import Array, Branch, Fold, RestState, SolverError
+from ribbonfem.results import Array, Branch, Fold, Instability, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import out_of_plane as plane
@@ -35,6 +43,7 @@ __all__ = [
     "equilibria",
     "folds",
     "frequencies",
+    "instabilities",
     "normal_forms",
     "pitchforks",
     "saddle",
@@ -51,7 +60,7 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
     height, slope, _ = problem.observe(frames, angle)
     return RestState(
         name=states.name_of(problem, frames, angle),
-        angle=float(angle),
+        control=float(angle),
         height=height,
         slope=slope,
         force=frames.force,
@@ -100,6 +109,27 @@ def folds(
 
 
 @checked
+def instabilities(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False, steps: Steps | None = None
+) -> tuple[Instability, ...]:
+    """Where the state that a slow ramp follows is lost, in order: folds, up to the first that is none.
+
+    At a "pitchfork" or a "branch" another curve crosses: a perfect ribbon stays on the lost state, a real one
+    leaves it.  Parameters and errors as in `folds`.
+
+    Examples
+    --------
+    >>> both = Scene(compression=0.40, shear=0, start="U+", drive="both")
+    >>> instabilities(both)
+    (Instability(pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.18 L),)
+    """
+    problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    of = {"model": "kirchhoff", "policy": {"elements": elements, "extensible": extensible}}
+    found = ramp_events(problem, start, scene, steps)
+    return tuple(instability_of(problem, event, scene, steps, of) for event in found)
+
+
+@checked
 def normal_forms(
     scene: Scene, *, elements: int = 8, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[NormalForm, ...]:
@@ -142,18 +172,19 @@ def equilibria(
     *,
     elements: int = ELEMENTS,
     extensible: bool = False,
-    span: tuple[float, float] = (-1.5, 1.5),
+    span: tuple[float, float] | None = None,
     unstable: int = 2,
     steps: Steps | None = None,
 ) -> Branch:
-    """The connected curve of equilibria through the start state, for alpha in `span`.
+    """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve ends with the
-    first state of more than `unstable` unstable directions.
+    Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
+    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve ends with the first state of more than `unstable` unstable directions.
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
+    span = span or span_of(scene)
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
-    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable)
+    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable, scene.begin)
     return curve.as_branch(scene, policy, "kirchhoff", problem.arclength)
 
 
@@ -165,7 +196,7 @@ def state(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -
     pitchforks (paper, appendices A and B).  Parameters and errors as in `folds`.
     """
     problem, frames = states.named(scene, **checked_mesh(elements, extensible))
-    return _rest(problem, frames, 0.0, 0, scene)
+    return _rest(problem, frames, scene.begin, 0, scene)
 
 
 @checked

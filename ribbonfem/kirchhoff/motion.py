@@ -330,7 +330,7 @@ class Loop:
         kept = dict(zip(("positions", "normals"), configurations, strict=False))
         return History(
             time=columns[0],
-            angle=columns[1],
+            control=columns[1],
             height=columns[2],
             slope=columns[arrays.SLOPE],
             energies=dict(zip(ENERGIES, columns[KINETIC:LOAD], strict=True)),

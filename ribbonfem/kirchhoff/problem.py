@@ -13,7 +13,7 @@ in L, forces in EI2/L^2, energies in EI2/L.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from ribbonfem.ends import Ends
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import OptionError, flag, require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Ribbon
+from ribbonfem.scene import Ribbon, Scene
 
 from .kernels import statics as kernels
 from .kernels.batch import in_fours
@@ -36,13 +36,15 @@ DEGREE = 5
 
 # Mean square rotation (rad^2) against lengths (L^2) in the arclength.
 ROTATION_WEIGHT = 0.09
+# step of differences in the share of what is brought on
+_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
 class Frames:
     """The unknowns, and the parameter at which they are: loads are those of it.
 
-    Unit quaternions (nodes, 4) of the rotation from the unturned clamp's frame, and n (3,), at the right clamp.
+    Unit quaternions (nodes, 4) of the rotation from the unturned clamp's frame; n (3,) at the right clamp.
     """
 
     g: Array
@@ -131,6 +133,16 @@ class Statics:
         force, _ = self.ends.force(parameter)
         return np.asarray((1.0 - points) * self.ends.weight + (points < 0.5) * force)
 
+    def unbent(self, parameter: float) -> Array:
+        """(elements, p, 3) strains (tau, -kappa2, kappa1) of the unloaded ribbon at the Gauss points."""
+        return self.natural
+
+    def crosses_plane(self, null: Array) -> bool:
+        """Whether a change of the unknowns leaves the plane y = 0."""
+        # turns about y are in the plane, those about x and z, and a force along y, across it
+        turns = null[:-3].reshape(-1, 4)
+        return bool((turns[:, 1::2] ** 2).sum() > (turns[:, 2] ** 2).sum())
+
     def buckled(self, compression: float) -> Frames:
         """The planar elastica clamped at both ends, z > 0, at alpha = dW = 0, in closed form.
 
@@ -170,7 +182,7 @@ class Statics:
             self.weights,
             self.stiffness,
             self.compliance,
-            in_fours(self.natural),
+            in_fours(self.unbent(parameter)),
             np.stack((ends.left(parameter)[1], ends.right(parameter)[1])),
             ends.force(parameter)[1],
             band,
@@ -224,7 +236,7 @@ class Statics:
     def energy(self, state: Frames) -> float:
         """Elastic energy in EI2/L."""
         curvature, stretched = self.strains(state)
-        density = (curvature - self.natural) ** 2 @ self.stiffness
+        density = (curvature - self.unbent(state.at)) ** 2 @ self.stiffness
         if self.extensible:
             stretch = np.linalg.norm(stretched, axis=2) - 1.0
             density += stretch**2 / self.compliance
@@ -285,8 +297,8 @@ class Statics:
         tables, c = self.tables, self.compliance
         rate = np.zeros_like(state.g)
         rate[1:-1] = velocity[:-3].reshape(-1, 4)
-        # by half the angle about y
-        rate[0, 0], rate[0, 2] = -0.5 * turning * state.g[0, 2], 0.5 * turning * state.g[0, 0]
+        rate[0] = turning * self.ends.left(state.at)[1]
+        rate[-1] = turning * self.ends.right(state.at)[1]
         q = np.einsum("ki,eic->ekc", tables.value, state.g[self._local])
         change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
         tangent, derivative = _tangents(q)
@@ -295,7 +307,9 @@ class Statics:
         # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
         bend = (1.0 + c * pull)[:, :, None, None] * derivative
         bend += c * tangent[:, :, :, None] * np.einsum("ekb,ekbc->ekc", forces, derivative)[:, :, None]
-        longer = c * (tangent @ velocity[-3:])
+        points = tables.points[:, :, None]
+        pulled = velocity[-3:] + turning * (points < 0.5) * self.ends.force(state.at)[1]
+        longer = c * np.einsum("ekb,ekb->ek", tangent, pulled)
         moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i
         spin = 2.0 * np.sum(_about(state.g) * rate, axis=1)
@@ -323,6 +337,46 @@ class Statics:
             "kappa2": -curvature[:, :, 1].ravel(),
             "tau": curvature[:, :, 0].ravel(),
         }
+
+
+class Loading(Statics):
+    """The equations of a scene's start in the share of what acts there besides dL and dW.
+
+    Presets, weight, natural shape and where the control starts come on in proportion, from 0 to 1.
+    """
+
+    def __init__(self, problem: Statics, scene: Scene) -> None:
+        vars(self).update(vars(problem))
+        ends = problem.ends
+        controls = ends.controls(scene.begin)
+        self._weight = ends.weight
+        self.ends = Ends(np.zeros_like(controls), controls, ends.chord, np.zeros(3))
+        size = float(np.linalg.norm(self._weight)) + 10.0 * float(np.abs(self.natural).max())
+        self.parameter_weight = parameter_weight(np.append(controls[:7], controls[7] + size))
+
+    def loads(self, parameter: float) -> Array:
+        """As of `Statics`, with a share of the weight."""
+        points = self.tables.points[:, :, None]
+        return np.asarray(super().loads(parameter) + (1.0 - points) * (parameter * self._weight))
+
+    def unbent(self, parameter: float) -> Array:
+        """As of `Statics`, of a share of the natural shape."""
+        return parameter * self.natural
+
+    def linearise(self, state: Frames, parameter: float) -> Linearisation:
+        """As of `Statics`; the derivative in the share by central differences: it predicts, and no more."""
+        line = super().linearise(state, parameter)
+        sides = [self._residual(state, parameter + h) for h in (-_SHARE, _SHARE)]
+        change = line.slope + (sides[1] - sides[0]) / (2.0 * _SHARE)
+        return Linearisation(line.residual, change, line.solve, line.index)
+
+    def _residual(self, state: Frames, parameter: float) -> Array:
+        """With the clamps and the force where they are: `Statics` has derived those."""
+        there = copy(self)
+        there.ends = replace(
+            self.ends, fixed=self.ends.controls(state.at), moved=np.zeros_like(self.ends.moved)
+        )
+        return Statics.assembled(there, state, parameter)[0]
 
 
 def _about(g: Array) -> Array:

@@ -27,11 +27,13 @@ from ribbonfem.continuation import (
     trace,
 )
 from ribbonfem.continuation.curves import tolerance_for
+from ribbonfem.continuation.loading import brought_on
 from ribbonfem.elements.lobatto import interpolation
+from ribbonfem.ends import Ends
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
-from .problem import Frames, Statics
+from .problem import Frames, Loading, Statics
 from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
@@ -264,8 +266,8 @@ def in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
     return Statics(scene.ribbon, ends, elements=elements, extensible=extensible)
 
 
-def _in_angle(scene: Scene, elements: int, extensible: bool) -> Statics:
-    """The equations in alpha of a scene's ribbon at its compression and shear."""
+def _in_control(scene: Scene, elements: int, extensible: bool) -> Statics:
+    """The equations in the control of a scene."""
     return Statics(scene.ribbon, Ends.of(scene), elements=elements, extensible=extensible)
 
 
@@ -277,7 +279,7 @@ def stable(scene: Scene, *, elements: int, extensible: bool) -> tuple[str, ...]:
 
 
 def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Frames]:
-    """The equations in alpha of a scene, and its start state, stable at alpha = 0.
+    """The equations in the control of a scene, and its start state, stable there.
 
     The state is kept: the runs of a diagram differ in their ramps alone, and start from one state.
 
@@ -287,7 +289,7 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
         If it is not a stable equilibrium there; the message names those that are.
     """
     kept = _start_of(scene.at_rest, elements, extensible)
-    return _in_angle(scene, elements, extensible), Frames(kept.g.copy(), kept.force.copy())
+    return _in_control(scene, elements, extensible), Frames(kept.g.copy(), kept.force.copy(), kept.at)
 
 
 def forget() -> None:
@@ -333,7 +335,7 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
         return None
     if scene.shear < 0.0:
         state = sheared_back(state)
-    problem = _in_angle(scene, elements, extensible)
+    problem = _in_control(scene, elements, extensible)
     if elements != _COARSE:
         g = interpolation(_COARSE, elements, problem.tables.degree) @ state.g
         g /= np.linalg.norm(g, axis=1)[:, None]
@@ -349,6 +351,11 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
 
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
+    if scene.dressed:
+        # named where nothing else acts, then all of that is brought on together
+        start = _start_of(scene.plain, elements, extensible)
+        state = brought_on(Loading(_in_control(scene, elements, extensible), scene), start, scene)
+        return Frames(state.g, state.force, scene.begin)
     scene.require_isolated()
     if scene.start in _FAMILIES["US"]:
         start = _from_coarse(scene, elements, extensible)
@@ -376,7 +383,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     state = images[scene.start]
     if scene.shear < 0.0:
         state = sheared_back(state)
-    problem = _in_angle(scene, elements, extensible)
+    problem = _in_control(scene, elements, extensible)
     try:
         return equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)[0]
     except SolverError:

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from ribbonfem import Branch, History, Scene
-from ribbonfem.events import kinks_of
 from ribbonfem.results import Array, RestState
 
 # points along a strip at the least
@@ -176,7 +175,7 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
 
     positions = history.configurations["positions"]
     normals, curvature = map(history.configurations.get, ("normals", "curvature"))
-    kinks = kinks_of(history.angle)
+    kinks = history.kinks(history.time, history.control)
     rates = {row: _rates(history.time, positions, row, kinks) for row in sorted({*k, *after})}
     weight = share[:, None, None]
     return _strip(
@@ -186,7 +185,7 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
         np.stack([rates[a] for a in k]) * (1.0 - weight) + np.stack([rates[b] for b in after]) * weight,
         None if curvature is None else at(curvature),
         time=time,
-        angle=at(history.angle),
+        angle=at(history.control),
         height=at(history.height),
         slope=at(history.slope),
         scene=history.scene,
@@ -222,7 +221,7 @@ def of_branch(branch: Branch, frames: int = 150) -> Strip:
         np.asarray(branch.configurations)[rows],
         None if branch.normals is None else np.asarray(branch.normals)[rows],
         time=rows.astype(float),
-        angle=branch.angle[rows],
+        angle=branch.control[rows],
         height=branch.height[rows],
         slope=branch.slope[rows],
         scene=branch.scene,
@@ -241,7 +240,7 @@ def of_rest(state: RestState) -> Strip:
         state.positions[None],
         state.directors[None, :, 0],
         time=np.zeros(1),
-        angle=np.array([state.angle]),
+        angle=np.array([state.control]),
         height=np.array([state.height]),
         slope=np.array([state.slope]),
         scene=state.scene,

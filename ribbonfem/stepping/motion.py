@@ -53,7 +53,7 @@ class Motion:
         time, angle, height, *energies, load, velocity, _, slope = whole.T
         history = History(
             time=time,
-            angle=angle,
+            control=angle,
             height=height,
             slope=slope,
             energies=dict(zip(ENERGIES, energies, strict=True)),

@@ -92,7 +92,9 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             n, tangent = force_at(t.n, group, k), _direction(rod, s, group, k)
             mean = 0.5 * (load(s.gradients, (k, 0)) + dot(n, tangent))
             # N1 is what makes the mean n.m
-            put_gap(rod, s, group, k, 1.0 + rod.compliance * (2.0 * mean - load(s.gradients, (k, 1))), tangent)
+            put_gap(
+                rod, s, group, k, 1.0 + rod.compliance * (2.0 * mean - load(s.gradients, (k, 1))), tangent
+            )
             part = 1.0 + rod.compliance * mean
             store(s.local_right, (group, 3 * k), part * n[0])
             store(s.local_right, (group, 3 * k + 1), part * n[1])

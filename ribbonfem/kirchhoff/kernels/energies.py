@@ -36,7 +36,9 @@ def clamp_moment(rod: Rod, g: Array, n: Array) -> float:
     f0 = f1 = f2 = f3 = 0.0
     for k in range(P):
         q, p = interpolated(rod.value, rod.slope, 0, k, g, P)
-        gq, gp, _, _ = bend(rod.stiffness, rod.compliance, q, p, (n[0, k, 0, 0], n[0, k, 1, 0], n[0, k, 2, 0]))
+        gq, gp, _, _ = bend(
+            rod.stiffness, rod.compliance, q, p, (n[0, k, 0, 0], n[0, k, 1, 0], n[0, k, 2, 0])
+        )
         value, slope = rod.weights[0, k] * rod.value[k, 0], rod.weights[0, k] * rod.slope[0, k, 0]
         f0, f1 = f0 + value * gq[0] + slope * gp[0], f1 + value * gq[1] + slope * gp[1]
         f2, f3 = f2 + value * gq[2] + slope * gp[2], f3 + value * gq[3] + slope * gp[3]

@@ -201,8 +201,9 @@ def point_hessian(
 ) -> tuple[Quaternion, Quaternion, Vector, Value, Rows]:
     """Derivatives of the density of the Lagrangian at a Gauss point of four elements.
 
-    f = 1/2 sum_a stiff_a kappa_a^2 - n.t - compliance/2 (n.t)^2.  Fills hess (64, WIDTH), the second ones, 8 by 8
-    in q and p (blocks qq, qp and pp); returns those in q and p, the tangent, n.t, and d tangent / dq.
+    f = 1/2 sum_a stiffness_a (kappa_a - natural_a)^2 - n.t - compliance/2 (n.t)^2.  Fills hess (64, WIDTH),
+    the second ones, 8 by 8 in q and p (blocks qq, qp and pp); returns those in q and p, the tangent, n.t, and
+    d tangent / dq.
     """
     q0, q1, q2, q3 = q
     p0, p1, p2, p3 = p
@@ -230,16 +231,44 @@ def point_hessian(
     rows = q, z, v, (a0, a1, a2), (b0, b1, b2)
     moments = twice * m0, twice * m1, twice * m2
     _put_rows(
-        hess, 0, stiffness, (q0, z[0], compliance * v[0]), (a0[0], a1[0], a2[0]), (b0[0], b1[0], b2[0]), moments, rows
+        hess,
+        0,
+        stiffness,
+        (q0, z[0], compliance * v[0]),
+        (a0[0], a1[0], a2[0]),
+        (b0[0], b1[0], b2[0]),
+        moments,
+        rows,
     )
     _put_rows(
-        hess, 1, stiffness, (q1, z[1], compliance * v[1]), (a0[1], a1[1], a2[1]), (b0[1], b1[1], b2[1]), moments, rows
+        hess,
+        1,
+        stiffness,
+        (q1, z[1], compliance * v[1]),
+        (a0[1], a1[1], a2[1]),
+        (b0[1], b1[1], b2[1]),
+        moments,
+        rows,
     )
     _put_rows(
-        hess, 2, stiffness, (q2, z[2], compliance * v[2]), (a0[2], a1[2], a2[2]), (b0[2], b1[2], b2[2]), moments, rows
+        hess,
+        2,
+        stiffness,
+        (q2, z[2], compliance * v[2]),
+        (a0[2], a1[2], a2[2]),
+        (b0[2], b1[2], b2[2]),
+        moments,
+        rows,
     )
     _put_rows(
-        hess, 3, stiffness, (q3, z[3], compliance * v[3]), (a0[3], a1[3], a2[3]), (b0[3], b1[3], b2[3]), moments, rows
+        hess,
+        3,
+        stiffness,
+        (q3, z[3], compliance * v[3]),
+        (a0[3], a1[3], a2[3]),
+        (b0[3], b1[3], b2[3]),
+        moments,
+        rows,
     )
     for r in range(4):
         increase(hess, (8 * r + r,), twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2))

@@ -59,7 +59,7 @@ class Rod(NamedTuple):
     """The discretisation, see `LineTables`.
 
     value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope; four:
-    the same for groups; inertia (nodes, 4) of x; stiffness (3,) of (tau, -kappa2, kappa1); compliance, c; spin, J;
+    the same for groups; inertia (nodes, 4) of x; stiffness (3,) of (tau, -kappa2, kappa1); compliance, c; J, spin;
     gyroscopic, whether it turns with the tangent; middle, the node at midspan.
     """
 
