@@ -31,7 +31,7 @@ _BLOCK = 256
 class Columns(NamedTuple):
     """Where rows have what is kept of every step; `kept` says whether a row is one of those asked for.
 
-    Behind the kinetic energy are the elastic and the dissipated one, and the work.
+    Behind the kinetic energy are the elastic, the potential and the dissipated one, and the work.
     """
 
     time: int
@@ -123,7 +123,7 @@ class Rows:
             rows[0][:, column] *= unit
         if self._taken:
             first = self._columns.kinetic
-            energies = rows[0][[0, -1], first : first + 4] @ (1.0, 1.0, 1.0, -1.0)
+            energies = rows[0][[0, -1], first : first + 5] @ (1.0, 1.0, 1.0, 1.0, -1.0)
             lost, most = float(energies[0] - energies[1]), self._kinetic * units.get(first, 1.0)
             self.stats["numerical_dissipation"] = lost
             self.stats["numerical_dissipation_share"] = lost / most if most > 0.0 else 0.0
