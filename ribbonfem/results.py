@@ -266,6 +266,8 @@ class History(Controlled):
         undamped means ring from step to step).
     steps: (5, steps) time, angle, height, slope and velocity of every step, from which what happens is
         found (beyond a million steps of those around it, and of some between); None where rows are those.
+    stepper: what a stepper needs to go on from the last instant (`initial` of `simulate`); None where it is
+        not known.
     """
 
     time: Array
@@ -282,6 +284,7 @@ class History(Controlled):
     arclength: Array = None  # type: ignore[assignment]
     velocity: Array = None  # type: ignore[assignment]
     steps: Array | None = None
+    stepper: Mapping[str, Array] | None = None
 
     def __post_init__(self) -> None:
         for name in ("load", "velocity"):

@@ -13,25 +13,32 @@ therefore increments: a variation of x leaves the frames parallel (Bergou et al.
 
 Units: lengths L, energies EI2/L.  ``rod`` holds the stiffnesses: (EI1, EI2, GJ) over EI2,
 ``rest`` the rest length of an edge, ``stretch`` (N - 1,) the stretching stiffness EA of each
-edge times its share of the length (0 for the clamped ones).
+edge times its share of the length (0 for the clamped ones), ``shape`` (N, 2) the natural curvature and twist
+of each inner node times ``rest``.
 """
 
 from .arrays import (
+    AFTER,
     ASSEMBLIES,
     CLOCK_SIZE,
+    CONTROL,
     DISCRETE_GRADIENT,
     DONE,
+    FACTORED,
+    FRESH,
     FULL,
     GENERALISED_ALPHA,
     IMPLICIT_EULER,
     ITERATIONS,
     MIDPOINT,
     NEWMARK,
+    PHASE,
     PLACE,
     POWER,
+    PUSHED,
     REJECTED,
     ROW,
-    ROW_ANGLE,
+    ROW_CONTROL,
     ROW_HEIGHT,
     ROW_KEPT,
     ROW_KINETIC,
@@ -40,14 +47,15 @@ from .arrays import (
     ROW_TIME,
     ROW_VELOCITY,
     RUNGE_KUTTA,
+    SIDE,
     STEP,
     STEPS,
     STUCK,
     TIME,
     VERLET,
+    Course,
     Motion,
     Policy,
-    Ramp,
     Rod,
     Scratch,
 )
@@ -55,25 +63,33 @@ from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
 from .energy import assemble
 from .frames import carry, edges
 from .loop import record, run
-from .steps import clamp_moment
+from .steps import reaction
+
+# of the crossing that ends a run
+SNAPPED = (AFTER, SIDE)
 
 __all__ = [
     "ASSEMBLIES",
     "CLOCK_SIZE",
+    "CONTROL",
     "DISCRETE_GRADIENT",
     "DONE",
     "FIRST",
+    "FACTORED",
+    "FRESH",
     "FULL",
     "GENERALISED_ALPHA",
     "IMPLICIT_EULER",
     "ITERATIONS",
     "MIDPOINT",
     "NEWMARK",
+    "PHASE",
     "PLACE",
     "POWER",
+    "PUSHED",
     "REJECTED",
     "ROW",
-    "ROW_ANGLE",
+    "ROW_CONTROL",
     "ROW_HEIGHT",
     "ROW_KEPT",
     "ROW_KINETIC",
@@ -82,23 +98,24 @@ __all__ = [
     "ROW_TIME",
     "ROW_VELOCITY",
     "RUNGE_KUTTA",
+    "SNAPPED",
     "STEP",
     "STEPS",
     "STUCK",
     "TIME",
     "VERLET",
     "WIDTH",
+    "Course",
     "Motion",
     "Policy",
-    "Ramp",
     "Rod",
     "Scratch",
     "assemble",
     "carry",
-    "clamp_moment",
     "edges",
     "factor",
     "multiply",
+    "reaction",
     "record",
     "run",
     "solve",
