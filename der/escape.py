@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import time as clock_time
-from dataclasses import replace
 
 import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
-from ribbonfem.ends import moving
+from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error
 from ribbonfem.results import History, SolverError, told
-from ribbonfem.scene import Scene, Schedule
+from ribbonfem.scene import Scene
 
 from . import kernels
 from .motion import Loop, policy_of
@@ -60,8 +59,7 @@ def escape(
     )
     angle = found.form.angle
     damping = scene.scaled_damping
-    standing = Schedule((0.0, duration), (angle, angle), "linear")
-    ends = moving(replace(scene, rate=Scene.rate, stop=None, hold=0.0, schedule=standing))
+    ends = held(scene, angle, duration / scene.ribbon.inertial_time)
     course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
     policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
     run = Loop(rod, found.state, policy, 1, configurations, found.velocity, damping)

@@ -70,7 +70,6 @@ _COLUMNS = Columns(
     kernels.ROW_VELOCITY,
     kernels.ROW_KINETIC,
     kernels.ROW_KEPT,
-    signs=(1.0, 1.0, 1.0, 1.0, -1.0),
 )
 # rad; the loop's own bound on the clamp's turn in a step, and that over the one of `ends`
 LARGEST_TURN, _LARGEST = 0.5, 10.0
@@ -297,16 +296,22 @@ def _go_on(run: Loop, given: RestState | History, ends: Ends, course: kernels.Co
     if isinstance(given, RestState):
         gradient = Statics(run.rod).assemble(run.start, second=False)[1]
         motion.a[free] = -gradient[free] / run.rod.inertia[free]
-        motion.aux[free] = motion.a[free]
+        if run.policy.method not in RINGING[1:]:
+            motion.aux[free] = motion.a[free]
         return
     kept = given.stepper
-    same = kept["policy"].tobytes() == run.told.tobytes()
     for name in ("x", "v", "a", "aux", "tangent", "m1", "twist", "strains"):
         getattr(motion, name)[:] = kept[name]
     clock[:] = kept["clock"]
     run.scratch.factors[:] = kept["factors"]
     for place in (kernels.STEPS, kernels.ITERATIONS, kernels.ASSEMBLIES, kernels.REJECTED, *kernels.SNAPPED):
         clock[place] = 0.0
+    if kept["policy"].tobytes() != run.told.tobytes():
+        # by another method, or under other loads
+        clock[kernels.FACTORED] = 0.0
+        gradient = Statics(run.rod).assemble(run.start, second=False)[1]
+        motion.a[free] = -gradient[free] / run.rod.inertia[free] - course.damping * motion.v[free]
+        motion.aux[free] = motion.v[free] if run.policy.method in RINGING[1:] else motion.a[free]
     passed = _phase(ends, clock[kernels.TIME])
     clock[kernels.PHASE] = float(passed)
     clock[kernels.FRESH] = float(clock[kernels.TIME] == ends.kinks[passed])

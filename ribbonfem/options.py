@@ -212,8 +212,8 @@ def require_duration(scene: Scene, step: float | None, largest_turn: float, row:
     OptionError, SceneError
         Naming the step or, of adaptive runs, the field of the scene that makes the run so long.
     """
-    stop = scene.require_stop()
-    ramp = abs(stop / scene.rate)
+    stop, schedule = scene.require_stop(), scene.schedule
+    ramp = abs(stop / scene.rate) if schedule is None else schedule.time[-1]
     limit = f"at most {MOST_STEPS:g} are allowed"
     if step is not None:
         count = (ramp + scene.hold) / step
@@ -225,14 +225,18 @@ def require_duration(scene: Scene, step: float | None, largest_turn: float, row:
             )
         require_memory("step", step, count * row, f"{count:.3g} steps")
         return
-    turns = abs(stop) / largest_turn
-    if not turns <= MOST_STEPS:
-        raise SceneError(f"Scene.stop = {stop!r}: the ramp would need {turns:.3g} steps, and {limit}")
+    way = abs(stop) if schedule is None else float(np.abs(np.diff(schedule.value)).sum())
+    if not way / largest_turn <= MOST_STEPS:
+        name, value = ("stop", stop) if schedule is None else ("schedule", schedule)
+        raise SceneError(
+            f"Scene.{name} = {shown(value)}: the ramp would need {way / largest_turn:.3g} steps, and {limit}"
+        )
     # a step as short as a snap asks for has to be more than rounding beside the time that has passed
     most = 1e12 * scene.ribbon.inertial_time
-    for name, what, duration in (("rate", "turned", ramp), ("hold", "held", scene.hold)):
+    first = ("rate", "turned") if schedule is None else ("schedule", "moved")
+    for (name, what), duration in ((first, ramp), (("hold", "held"), scene.hold)):
         if not duration <= most:
             raise SceneError(
-                f"Scene.{name} = {getattr(scene, name)!r}: the clamp would be {what} for {duration:.3g} s; "
+                f"Scene.{name} = {shown(getattr(scene, name))}: the clamp would be {what} for {duration:.3g} s; "
                 f"at most {most:.3g} s (1e12 t*) are allowed, beyond which the steps of a snap are rounding"
             )

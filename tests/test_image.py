@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ribbonfem.image import imaged
 
 import der
 from compare.archive import from_bytes, to_bytes
@@ -12,7 +13,6 @@ from der.rod import Rod, RodState
 from der.states import start_state
 from ribbonfem import Scene, SceneError, elastica, kirchhoff
 from ribbonfem.continuation import equilibrium
-from ribbonfem.image import imaged
 from ribbonfem.scene import swapped
 
 LEFT = Scene(compression=0.40, shear=0.37, start="U+S+")

@@ -104,7 +104,6 @@ class Ends:
         at = self.controls(parameter)
         return np.array([0.0, 0.0, -at[7]]), np.array([0.0, 0.0, -self.moved[7]])
 
-    @property
     def height(self, parameter: float) -> float:
         """The mean height of both clamps, in L."""
         return 0.5 * float(self.controls(parameter)[6])
@@ -142,6 +141,25 @@ def moving(scene: Scene, largest: float = 1.0, part: float = 0.1) -> kernels.End
         first=first.astype(np.int64),
         reached=reached,
         longest=longest,
+    )
+
+
+def held(scene: Scene, control: float, duration: float) -> kernels.Ends:
+    """The controls of a scene that stay where they are for a while, in t*."""
+    ends = Ends.of(scene)
+    table = np.zeros((1, 6))
+    table[0, 0] = control
+    return kernels.Ends(
+        fixed=ends.fixed,
+        moved=ends.moved,
+        chord=ends.chord,
+        weight=ends.weight,
+        times=np.zeros(1),
+        pieces=table,
+        kinks=np.array([0.0, duration]),
+        first=np.zeros(2, dtype=np.int64),
+        reached=np.array([control, control]),
+        longest=np.array([np.inf]),
     )
 
 

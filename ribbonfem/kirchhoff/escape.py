@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-
 from ribbonfem.delay import Departure, scene_departure
+from ribbonfem.ends import held
 from ribbonfem.options import checked
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
-from ribbonfem.stepping.kernels import PHASE
 
 from . import states
 from .kernels import arrays
@@ -51,8 +48,8 @@ def escape(
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     found, duration = scene_departure(problem, start, scene, fold, amplitude)
-    ramp = ramp_of(replace(scene, stop=math.copysign(1.0, scene.rate), hold=duration), control)
-    ramp = ramp._replace(rate=0.0, stop=found.form.angle, turned=0.0, end=duration / problem.unit)
+    ends = held(scene, found.form.angle, duration / problem.unit)
+    ramp = ramp_of(scene, control, ends=ends)
     policy = {
         "fold": fold,
         "amplitude": amplitude,
@@ -79,5 +76,4 @@ def _moving(problem: Statics, found: Departure[Frames]) -> arrays.Motion:
     motion = at_rest(problem, found.state)
     velocity, spin = problem.moving(found.state, found.velocity)
     motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
-    motion.clock[PHASE] = 1.0
     return motion

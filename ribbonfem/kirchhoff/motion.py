@@ -31,9 +31,11 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
+from ribbonfem.ends import held
+from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.options import checked, require_duration
-from ribbonfem.results import Array, History, SolverError
+from ribbonfem.results import Array, History, SolverError, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
@@ -60,7 +62,6 @@ from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.tableaus import Tableau
 
-from . import out_of_plane as plane
 from . import states
 from .kernels import arrays, condensed, loop, tangent
 from .kernels import average_vector_field as conserving
@@ -179,10 +180,12 @@ def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: boo
     -inf if there is none: nothing is then decided early.
     """
     problem, state = states.named(scene, elements=elements, extensible=extensible)
-    steps = steps_for(scene)
+    steps, span = steps_for(scene), (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
+    if scene.turning:
+        span = (-3.0, 3.0)
     energies = []
     for sign in (-1.0, 1.0):
-        for segment in trace(problem, first_point(problem, state, 0.0, sign), (-3.0, 3.0), steps):
+        for segment in trace(problem, first_point(problem, state, scene.begin, sign), span, steps):
             ends = segment.start.parameter - angle, segment.end.parameter - angle
             if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
                 energies.append(problem.energy(at_parameter(problem, segment, angle, steps).state))
@@ -199,6 +202,9 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
     inside = coupling[:, :, 1:p]
     share = np.einsum("eki,eli,ei->ekl", inside, inside, 1.0 / mass[:, 1:p])
     fours = map(in_fours, (tables.slope, tables.weights, coupling, share, mass))
+    natural = in_fours(problem.natural)
+    offset = np.concatenate((natural, np.zeros_like(natural[:, :, :1])), axis=2)
+    retardation = scene.ribbon.retardation / problem.unit
     return Rod(
         value=tables.value,
         slope=tables.slope,
@@ -206,21 +212,28 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
         coupling=np.ascontiguousarray(coupling),
         four=Four(*fours),
         inertia=inertia,
-        stiffness=problem.stiffness,
-        compliance=problem.compliance,
         spin=scene.ribbon.rotary_inertia,
         gyroscopic=gyroscopic,
         middle=len(inertia) // 2,
+        stiffness=problem.stiffness.copy(),
+        compliance=np.array([problem.compliance]),
+        offset=offset,
+        uneven=scene.ribbon.shaped or retardation > 0.0,
+        elastic=np.append(problem.stiffness, problem.compliance),
+        natural=natural,
+        retardation=retardation,
+        weight=np.append(problem.ends.weight, 0.0),
+        heavy=bool(problem.ends.weight.any()),
     )
 
 
-def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
-    """The state of the time loop in an equilibrium."""
+def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Motion:
+    """The state of the time loop in an equilibrium; with the strains of a rod that `retards`."""
     nodes, elements = len(state.g), problem.tables.elements
     x = np.zeros((nodes, 4))
-    x[:, :3] = problem.positions(state, 0.0)
+    x[:, :3] = problem.positions(state, state.at)
     # the right clamp, to the last digit
-    x[-1, :3] = problem.clamps.chord()
+    x[-1, :3] = problem.ends.reach(state.at)[0]
     clock = np.zeros(arrays.CLOCK_SIZE)
     clock[KINK] = 1.0
     return arrays.Motion(
@@ -229,9 +242,11 @@ def at_rest(problem: Statics, state: Frames) -> arrays.Motion:
         a=np.zeros_like(x),
         auxiliary=np.zeros_like(x),
         g=state.g.copy(),
-        n=in_fours(np.tile(state.force, (elements, P, 1))),
+        n=in_fours(state.force + problem.loads(state.at)),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
+        strain=arrays.strains(elements, retards),
+        strain_rate=arrays.strains(elements, retards),
         clock=clock,
     )
 
@@ -260,14 +275,22 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
     return np.asarray(np.sqrt(squares) / problem.unit)
 
 
-def ramp_of(scene: Scene, control: Control, *, every: int = 1, barrier: float = -np.inf) -> Ramp:
-    """The clamp's motion and the control of steps."""
+def ramp_of(
+    scene: Scene,
+    control: Control,
+    *,
+    ends: Ends | None = None,
+    every: int = 1,
+    barrier: float = -np.inf,
+) -> Ramp:
+    """What the controls do, and the control of steps."""
     newton = steps_control.NEWTON_TOLERANCE
     if control.tolerance is not None:
         newton = min(MEAN_REST, REST * control.tolerance) if control.method.mean else REST * control.tolerance
     return steps_control.ramp_of(
         scene,
         control,
+        ends,
         newton=newton,
         every=every,
         barrier=barrier,
@@ -299,7 +322,8 @@ class Loop:
         self.arclength = s
         self.solver = solver(elements)
         # means of steps are kept in the places of stages
-        self.scratch = arrays.scratch(elements, conserving.STAGES if scheme.kind == MEAN else scheme.stages)
+        stages = conserving.STAGES if scheme.kind == MEAN else scheme.stages
+        self.scratch = arrays.scratch(elements, stages, rod.retardation > 0.0)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
         self.rows = Rows(arrays.ROW_SIZE, _COLUMNS, *shapes, every=every)
@@ -374,25 +398,24 @@ def integrate(
     scheme = control.method.as_scheme()
 
     def resting() -> arrays.Motion:
-        return at_rest(problem, start)
+        return at_rest(problem, start, rod.retardation > 0.0)
 
     begin = first or resting
     if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(loop_of(scheme))
+        short = held(scene, start.at, 1e-6)
         Loop(rod, scheme, begin(), False, problem.arclength).go(
-            ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
+            ramp._replace(ends=short, end=1e-6, fixed=1e-6)
         )
     every = policy.get("every")
     run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    if scene.planar and first is None:
-        stats["leaves_plane"] = plane.leaves_plane(scene, policy["elements"], policy["extensible"])
     history = run.history(scene, policy, stats)
     problem_met = run.rows.full or problem_of(status, scene, control)
     if problem_met:
-        where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
+        where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"
         raise SolverError(f"kirchhoff: stopped at {where}: {problem_met}", history)
     return history

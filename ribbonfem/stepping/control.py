@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from ribbonfem.ends import moving
 from ribbonfem.options import OptionError, choice, local_error, positive
 from ribbonfem.results import DEPARTED
 from ribbonfem.scene import Scene
@@ -22,10 +23,10 @@ UNTIL = ("end", "snap")
 # Newton stops when what it would still change in any position (L) and angle (rad) is below this;
 # convergence is quadratic, so that two increments d0, d1 foretell the next, d1^3 / d0^2
 NEWTON_TOLERANCE = 1e-9
+# rad; no adaptive step turns a clamp further
+LARGEST_TURN = 0.05
 # t*; a step that has to be shorter than this means that there is no solution to be found
 SMALLEST_STEP = 1e-10
-# rad; no adaptive step turns the clamp further
-LARGEST_TURN = 0.05
 
 # order in the step of the methods that beams and ribbons share, all of which have adaptive steps too
 ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
@@ -85,6 +86,7 @@ class Control:
 def ramp_of(
     scene: Scene,
     control: Control,
+    ends: kernels.Ends | None = None,
     *,
     newton: float = NEWTON_TOLERANCE,
     every: int = 1,
@@ -92,18 +94,15 @@ def ramp_of(
     gain: float = math.inf,
     least_growth: float = 1.0,
 ) -> kernels.Ramp:
-    """The clamp's motion and the control of steps; what is named is the model's own (`kernels.Ramp`)."""
+    """What the controls do and the control of steps; what is named is the model's own (`kernels.Ramp`)."""
     unit = scene.ribbon.inertial_time
-    rate, (turned, end) = scene.scaled_rate, scene.instants()
+    ends = moving(scene) if ends is None else ends
     return kernels.Ramp(
-        rate=rate,
-        stop=scene.require_stop(),
-        turned=turned,
-        end=end,
+        ends=ends,
+        end=float(ends.kinks[-1]),
         damping=scene.scaled_damping,
         fixed=0.0 if control.step is None else control.step / unit,
         tolerance=control.tolerance or 0.0,
-        largest=min(LARGEST_TURN / abs(rate), 0.1 * turned),
         newton=newton,
         smallest=SMALLEST_STEP,
         snap=control.until == "snap",

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem.frozen import freeze
-from ribbonfem.results import Array, History, SolverError
+from ribbonfem.results import Array, History, SolverError, told
 from ribbonfem.rows import Rows
 from ribbonfem.scene import Scene
 
-ENERGIES = ("kinetic", "elastic", "dissipated", "work")
+ENERGIES = ("kinetic", "elastic", "potential", "dissipated", "work")
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Motion:
             If the end was not reached; its `history` is what was.
         """
         second = scene.ribbon.inertial_time
-        units = (second, 1.0, length, *(length**2,) * 4, 1.0, length / second)
+        units = (second, 1.0, length, *(length**2,) * 5, 1.0, length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
         whole, positions, curvature = map(freeze, taken)
         time, angle, height, *energies, load, velocity, _, slope = whole.T
@@ -68,6 +68,6 @@ class Motion:
             steps=freeze(steps),
         )
         if self.problem:
-            where = f"t = {history.time[-1]:.6g} s, alpha = {history.angle[-1]:.6g} rad"
+            where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"
             raise SolverError(f"{model}: stopped at {where}: {self.problem}", history)
         return history

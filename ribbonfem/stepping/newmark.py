@@ -17,13 +17,13 @@ Time is counted in the ribbon's inertial time t*, damping in 1/t*.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from ribbonfem.ends import held as held_ends
 from ribbonfem.options import require_duration
 from ribbonfem.results import Array
 from ribbonfem.row_buffer import some_steps
@@ -75,6 +75,7 @@ def _scratch(tables: kernels.Tables, q: Array, w: Array, stages: int = 2) -> ker
         y2=np.zeros(longest),
         stage_v=np.zeros((stages, len(q))),
         stage_a=np.zeros((stages, len(q))),
+        rate=np.zeros(1),
     )
 
 
@@ -94,7 +95,6 @@ def _run(
     """
     clock = np.zeros(kernels.CLOCK_SIZE)
     clock[kernels.KINK] = 1.0
-    clock[kernels.PHASE] = 0.0 if v is None else 1.0
     most = len(some_steps(np.empty(ROWS), len(q)))
     rows, row_q, row_w = (np.empty((most, n)) for n in (kernels.ROW_SIZE, len(q), len(w)))
     still = np.zeros_like(q)
@@ -113,11 +113,13 @@ def _run(
 _warm = False
 
 
-def _warm_up(tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp, q: Array, w: Array) -> None:
+def _warm_up(
+    tables: kernels.Tables, scheme: kernels.Scheme, ramp: kernels.Ramp, scene: Scene, q: Array, w: Array
+) -> None:
     """Load or compile the kernel, once a process, so that no timing contains it."""
     global _warm
     if not _warm:
-        short = ramp._replace(turned=1e-6, end=1e-6, stop=1e-6 * ramp.rate or ramp.stop, fixed=1e-6)
+        short = ramp._replace(ends=held_ends(scene, 0.0, 1e-6), end=1e-6, fixed=1e-6)
         _run(tables, scheme, short, q, w, lambda *_: "")
         _warm = True
 
@@ -151,15 +153,13 @@ def integrate(
     """
     nodes = observe(q[None], w[None])[1].shape[1]
     row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes)
-    if held is not None:
-        scene = replace(scene, stop=math.copysign(1.0, scene.rate), hold=held.duration)
-    require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
-    scheme, ramp = control.method.as_scheme(), ramp_of(scene, control, every=every or 1)
-    if held is not None:
-        # no time passes on the ramp
-        end = scene.hold / scene.ribbon.inertial_time
-        ramp = ramp._replace(rate=0.0, stop=held.angle, turned=0.0, end=end)
-    _warm_up(tables, scheme, ramp, q, w)
+    ends = None
+    if held is None:
+        require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
+    else:
+        ends = held_ends(scene, held.angle, held.duration / scene.ribbon.inertial_time)
+    scheme, ramp = control.method.as_scheme(), ramp_of(scene, control, ends, every=every or 1)
+    _warm_up(tables, scheme, ramp, scene, q, w)
     kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
 
     def keep(rows: Array, row_q: Array, row_w: Array) -> str:

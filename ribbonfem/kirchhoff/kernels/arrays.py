@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ribbonfem.ends.kernels import POSE_SIZE
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
@@ -29,7 +30,8 @@ MEMORY, GUESS = 16, 3
 class Motion(NamedTuple):
     """State at the last accepted instant.
 
-    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (G, P, 3, WIDTH); tangent and its rate (nodes, 3).
+    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (G, P, 3, WIDTH); tangent and its rate (nodes, 3); strain and
+    its rate (G, P, 4, WIDTH), of a rod that retards (`law`).
     """
 
     x: Array
@@ -40,12 +42,14 @@ class Motion(NamedTuple):
     n: Array
     tangent: Array
     turning: Array
+    strain: Array
+    strain_rate: Array
     clock: Array
 
 
 @by_reference
 class Scratch(NamedTuple):
-    """What a step overwrites, and the stages remembered for guesses."""
+    """What a step overwrites, and the stages remembered for guesses; pose, see `ends.kernels`."""
 
     xp: Array
     vp: Array
@@ -67,6 +71,11 @@ class Scratch(NamedTuple):
     known_a: Array
     lagrange: Array
     spin: Array
+    strain: Array
+    strain_rate: Array
+    known_strain: Array
+    stage_strain_rate: Array
+    pose: Array
     out: Array
 
 
@@ -82,8 +91,13 @@ class Moving(NamedTuple):
     row_m1: Array
 
 
-def scratch(elements: int, stages: int) -> Scratch:
-    """Memory for a mesh and a method."""
+def strains(elements: int, retards: bool) -> Array:
+    """Strains and stretch at the Gauss points of a rod that retards, none of another."""
+    return np.zeros((groups_of(elements) if retards else 0, P, 4, WIDTH))
+
+
+def scratch(elements: int, stages: int, retards: bool = False) -> Scratch:
+    """Memory for a mesh and a method, and the strains of a rod that retards."""
     nodes = elements * P + 1
 
     def four() -> Array:
@@ -110,5 +124,10 @@ def scratch(elements: int, stages: int) -> Scratch:
         known_a=np.zeros((MEMORY, nodes, 4)),
         lagrange=np.zeros(GUESS),
         spin=np.zeros((nodes, 3)),
+        strain=strains(elements, retards),
+        strain_rate=strains(elements, retards),
+        known_strain=strains(elements, retards),
+        stage_strain_rate=np.zeros((stages, *strains(elements, retards).shape)),
+        pose=np.zeros(POSE_SIZE),
         out=np.zeros(4),
     )

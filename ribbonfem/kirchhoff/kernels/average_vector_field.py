@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from ribbonfem.ends.kernels import PUSH
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -24,6 +25,7 @@ from .arrays import KNOWN, MEMORY, POINTS, SIGMA, Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .condensed import solve
 from .gauss_point import Vector, bend, dot, interpolated_fours, tangent_of
+from .law import offset_at
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia
 from .rod import P, Rod, Solver
@@ -67,7 +69,7 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
                 q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
                 x, y = load(s.local_right, (group, 3 * k)), load(s.local_right, (group, 3 * k + 1))
                 pull = x, y, load(s.local_right, (group, 3 * k + 2))
-                gq, gp, _, _ = bend(rod.stiffness, 0.0, q, p, pull)
+                gq, gp, _, _ = bend(rod.stiffness, 0.0, offset_at(rod, group, k), q, p, pull)
                 put_gradients(s, k, SHARE[j] * load(rod.four.weights, (group, k)), gq, gp)
             add_moments(rod, s, group, last)
 
@@ -93,9 +95,9 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
             mean = 0.5 * (load(s.gradients, (k, 0)) + dot(n, tangent))
             # N1 is what makes the mean n.m
             put_gap(
-                rod, s, group, k, 1.0 + rod.compliance * (2.0 * mean - load(s.gradients, (k, 1))), tangent
+                rod, s, group, k, 1.0 + rod.compliance[0] * (2.0 * mean - load(s.gradients, (k, 1))), tangent
             )
-            part = 1.0 + rod.compliance * mean
+            part = 1.0 + rod.compliance[0] * mean
             store(s.local_right, (group, 3 * k), part * n[0])
             store(s.local_right, (group, 3 * k + 1), part * n[1])
             store(s.local_right, (group, 3 * k + 2), part * n[2])
@@ -123,7 +125,7 @@ def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
 
 
 @compiled(**OPTIONS)
-def _rates(t: Scratch, y: Motion, b: float, h: float, nu: float) -> None:
+def _rates(rod: Rod, t: Scratch, y: Motion, b: float, h: float, nu: float) -> None:
     """Accelerations, and velocities of the end, from positions and turns."""
     for i in range(1, y.g.shape[0] - 1):
         turn_between(y.g, t.g, i, t.spin)
@@ -132,12 +134,26 @@ def _rates(t: Scratch, y: Motion, b: float, h: float, nu: float) -> None:
             acceleration = (t.x[i, c] - t.xp[i, c]) / b
             t.a[i, c] = acceleration
             t.v[i, c] = t.vp[i, c] + h * acceleration
-            t.force[i, c] = acceleration + 0.5 * nu * (y.v[i, c] + t.v[i, c])
+            t.force[i, c] = acceleration + 0.5 * nu * (y.v[i, c] + t.v[i, c]) - rod.weight[c]
+
+
+@compiled(**OPTIONS)
+def _work(rod: Rod, s: Solver, t: Scratch, y: Motion, push: float) -> float:
+    """Of the controls over the step, by the means of the clamps' forces in s."""
+    last = y.g.shape[0] - 1
+    total = push * (y.x[rod.middle, 2] - t.x[rod.middle, 2])
+    for c in range(3):
+        force = s.fr[last, c] - rod.inertia[last, c] * rod.weight[c]
+        total += s.fp[0, c] * t.spin[0, c] + s.fp[last, c] * t.spin[last, c]
+        total += force * (t.x[last, c] - y.x[last, c])
+    return total
 
 
 @compiled(**OPTIONS)
 def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ramp: Ramp, clock: Array) -> int:
-    """Solve a step as `newton` does a stage; the mean moment on the clamp is left in t.out[0].
+    """Solve a step as `newton` does a stage; the work of the controls is left in t.out[0].
+
+    t.out[2] is the force at midspan at its beginning.
 
     The tangent is that of the middle, symmetric: moments count there twice, and half of n.
     """
@@ -147,16 +163,20 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
     tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
     before = rate = 0.0
     made = 0
+    # the force at midspan of the middle of the step
+    push = 0.5 * (t.out[2] + t.pose[PUSH])
     turn_between(y.g, t.g, 0, t.spin)
+    turn_between(y.g, t.g, nodes - 1, t.spin)
     for i in range(1, nodes - 1):
         for c in range(3):
             t.x[i, c] = t.xp[i, c] + b * t.a[i, c]
     iteration = 0
     while iteration < NEWTON_LIMIT:
         iteration += 1
-        _rates(t, y, b, h, nu)
+        _rates(rod, t, y, b, h, nu)
         _residual(rod, s, t, y)
-        t.out[0] = s.fp[0, 1]
+        t.out[0] = _work(rod, s, t, y, push)
+        s.fr[rod.middle, 2] += push
         for i in range(1, nodes - 1):
             if rod.gyroscopic:
                 # J theta' t', whose work on psi is none
@@ -184,8 +204,8 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
             rate = min(0.9, size / before)
             left = size * rate / (1.0 - rate)
         if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
-            _rates(t, y, b, h, nu)
-            if rod.compliance > 0.0:
+            _rates(rod, t, y, b, h, nu)
+            if rod.compliance[0] > 0.0:
                 _end_forces(rod, s, t, y)
             t.out[1] = iteration
             return iteration

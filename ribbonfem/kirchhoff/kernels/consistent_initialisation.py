@@ -2,6 +2,20 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.kernels import (
+    CHANGE,
+    COMPRESSION,
+    FRAME,
+    LEFT,
+    PUSH,
+    RIGHT,
+    SPEED,
+    SPIN,
+    SPIN_RATE,
+    TWIST_LEFT,
+    TWIST_RIGHT,
+    Ends,
+)
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
@@ -10,7 +24,8 @@ from ribbonfem.stepping.kernels.arrays import Ramp
 from .arrays import SIGMA, Motion, Scratch
 from .batch import OPTIONS, WIDTH
 from .condensed import factorise, solve
-from .gauss_point import bend, body, interpolated
+from .gauss_point import body, dot, interpolated, tangent_of
+from .law import count_with, put_strain_rates, put_strains
 from .residual import residual
 from .rod import P, Rod, Solver
 from .tangent import STIFF, fill
@@ -41,9 +56,10 @@ def _impulse_residual(
     if second:
         for i in range(nodes):
             for c in range(3):
-                t.force[i, c] = m.a[i, c] + nu * m.v[i, c]
+                t.force[i, c] = m.a[i, c] + nu * m.v[i, c] - rod.weight[c]
             t.force[i, 3] = t.spin[i, 0] + nu * m.v[i, 3]
         residual(rod, s, m.x, g, t.n, t.force)
+        s.fr[rod.middle, 2] += t.pose[PUSH]
         if rod.gyroscopic:
             for i in range(1, nodes - 1):
                 factor = rod.inertia[i, 3] * m.v[i, 3]
@@ -55,7 +71,7 @@ def _impulse_residual(
                 s.fr[i, c] = rod.inertia[i, c] * (t.v[i, c] - old[i, c])
                 s.fp[i, c] = 0.0
             s.fp[i, 0] = rod.inertia[i, 3] * (t.spin[i, 0] - old[i, 3])
-    axial = STIFF if rod.compliance > 0.0 else 0.0
+    axial = STIFF if rod.compliance[0] > 0.0 else 0.0
     rates = m.a if second else t.v
     last = rod.weights.shape[0] - 1
     for place in range(WIDTH * rod.four.weights.shape[0]):
@@ -65,9 +81,12 @@ def _impulse_residual(
         for k in range(P):
             q, p = interpolated(rod.value, rod.slope, e, k, g, P)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
-            _, _, tangent, pull = bend(rod.stiffness, rod.compliance, q, p, force)
+            inverse, tangent = tangent_of(q)
+            pull = dot(force, tangent)
             weight = rod.weights[e, k]
-            stretch = 1.0 + rod.compliance * pull
+            stretch = 1.0 + rod.compliance[0] * pull
+            if rod.retardation > 0.0:
+                stretch = 1.0 + m.strain[group, k, 3, lane]
             # rates of the interpolated quaternion, by t.spin, and by t.turning alone twice
             d0 = d1 = d2 = d3 = 0.0
             u0 = u1 = u2 = u3 = w0 = w1 = w2 = w3 = 0.0
@@ -92,7 +111,6 @@ def _impulse_residual(
                     w2 -= square * y
                     w3 -= square * z
             q0, q1, q2, q3 = q
-            inverse = 1.0 / (q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
             tx, ty, tz = tangent
             # derivative of t along d
             along = 2.0 * inverse * (q0 * d0 + q1 * d1 + q2 * d2 + q3 * d3)
@@ -128,7 +146,11 @@ def _impulse_residual(
                 # the axial force of the stretched rod takes no impulse, and does not jump
                 held = t.n[group, k, 0, lane] * tx + t.n[group, k, 1, lane] * ty + t.n[group, k, 2, lane] * tz
                 if second:
-                    held -= force[0] * tx + force[1] * ty + force[2] * tz
+                    tension = force[0] * tx + force[1] * ty + force[2] * tz
+                    if rod.retardation > 0.0:
+                        # (with its viscous part, which does jump)
+                        tension = (stretch - 1.0 - rod.offset[group, k, 3, lane]) / rod.elastic[3]
+                    held -= tension
                 held *= weight * axial
             s.fn[group, k, 0, lane] = -weight * (stretch * rx + hx) - held * tx
             s.fn[group, k, 1, lane] = -weight * (stretch * ry + hy) - held * ty
@@ -158,11 +180,31 @@ def _impulse_residual(
 
 
 @compiled(**OPTIONS)
-def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp) -> float:
-    """Put v, a and n onto the hidden constraints; return the impulse on the clamp (a moment).
+def _impulse(s: Solver, ends: Ends, pose: Array) -> float:
+    """On the control, of the impulses on both clamps in s: what the control's rate moves of them."""
+    last, moved = s.fp.shape[0] - 1, ends.moved
+    total = moved[TWIST_LEFT] * s.fp[0, 0] + moved[TWIST_RIGHT] * s.fp[last, 0]
+    # the axes about which the clamps turn, in their bodies
+    for side in range(2):
+        node, by = last * side, moved[LEFT] if side == 0 else -moved[RIGHT]
+        if by != 0.0:
+            k = FRAME + 4 * side
+            w, x, y, z = pose[k], pose[k + 1], pose[k + 2], pose[k + 3]
+            total += by * 2.0 * (x * y + w * z) * s.fp[node, 0]
+            total += by * (w * w - x * x + y * y - z * z) * s.fp[node, 1]
+            total += by * 2.0 * (y * z - w * x) * s.fp[node, 2]
+    for c in range(3):
+        sign = 1.0 if c == 2 else -1.0
+        total += sign * moved[COMPRESSION + c] * s.fr[last, c]
+    return total
+
+
+@compiled(**OPTIONS)
+def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) -> float:
+    """Put v, a and n onto the hidden constraints; return the impulse on the control.
 
     r' = t (1 + c n.t), derived once: the velocity nearest to m.v in the kinetic energy, with the
-    clamp at `spin`; derived twice: the accelerations and forces that go with it.  What stretch
+    clamps as in t.pose; derived twice: the accelerations and forces that go with it.  What stretch
     leaves free stays as it is.  Bending has no inertia: a small one is lent to the tangent, and
     refinement of the solution takes it back.
     """
@@ -180,16 +222,24 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, spin: float, ramp: Ramp)
             for c in range(4):
                 if not second:
                     t.v[i, c] = m.v[i, c]
+        for c in range(3):
+            m.v[nodes - 1, c], m.a[nodes - 1, c] = t.pose[SPEED + c], t.pose[CHANGE + c]
+            t.v[nodes - 1, c] = t.pose[SPEED + c]
+        if second and rod.retardation > 0.0:
+            put_strains(rod, s, m.g, m.n, m.strain)
+            put_strain_rates(rod, m.g, m.v, t.turning, t.force, m.strain_rate)
+            count_with(rod, m.strain_rate)
         for k in range(t.n.size):
             t.n.flat[k] = m.n.flat[k] if second else 0.0
         for i in range(nodes):
             t.spin[i, 0] = m.a[i, 3] if second else m.v[i, 3]
-        if not second:
-            t.spin[0, 1] = spin
+        first = SPIN_RATE if second else SPIN
+        for c in range(3):
+            t.spin[0, c], t.spin[nodes - 1, c] = t.pose[first + c], t.pose[first + 3 + c]
         for _ in range(12):
             _impulse_residual(rod, s, m, t, m.v, second, ramp)
             if not second:
-                impulse = s.fp[0, 1]
+                impulse = _impulse(s, ends, t.pose)
             solve(rod, s, 1.0)
             size = change = 0.0
             for i in range(1, nodes - 1):

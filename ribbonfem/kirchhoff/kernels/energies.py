@@ -1,13 +1,14 @@
-"""What the rows of a motion tell of a Kirchhoff rod: its elastic energy, and the moment on its clamp."""
+"""What the rows of a motion tell of a Kirchhoff rod: its energies, and the power of its controls."""
 
 from __future__ import annotations
 
+from ribbonfem.ends.kernels import PUSH, SPEED, SPIN
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 
-from .batch import INLINED, collect, force_at
-from .gauss_point import bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
+from .batch import INLINED, OPTIONS, collect, force_at
+from .gauss_point import Vector, bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 
@@ -23,23 +24,89 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains_of(inverse, q, p)
             pull = dot(force_at(n, group, k), tangent)
-            twice = rod.stiffness[0] * k1 * k1 + rod.stiffness[1] * k2 * k2 + rod.stiffness[2] * k3 * k3
-            share += load(rod.four.weights, (group, k)) * (twice + rod.compliance * pull * pull)
+            stretching = rod.compliance[0] * pull * pull
+            if rod.uneven:
+                x, y, z = force_at(rod.natural, group, k)
+                k1, k2, k3 = k1 - x, k2 - y, k3 - z
+                if rod.elastic[3] > 0.0:
+                    strain = load(rod.offset, (group, k, 3)) + rod.compliance[0] * pull
+                    stretching = strain * strain / rod.elastic[3]
+            twice = rod.elastic[0] * k1 * k1 + rod.elastic[1] * k2 * k2 + rod.elastic[2] * k3 * k3
+            share += load(rod.four.weights, (group, k)) * (twice + stretching)
         for place in range(min(WIDTH, elements - WIDTH * group)):
             total += 0.5 * lane(share, place)
     return total
 
 
-@compiled(**INLINED)
-def clamp_moment(rod: Rod, g: Array, n: Array) -> float:
-    """Moment (EI2/L) of the left clamp on the ribbon, along growing alpha."""
+@compiled(**OPTIONS)
+def potential_energy(rod: Rod, x: Array) -> float:
+    """Of the weight."""
+    total = 0.0
+    if rod.heavy:
+        for i in range(x.shape[0]):
+            for c in range(3):
+                total -= rod.inertia[i, c] * rod.weight[c] * x[i, c]
+    return total
+
+
+@compiled(**OPTIONS)
+def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
+    """Moment (EI2/L) of a clamp on the ribbon, in its body's axes: node i of element e."""
     f0 = f1 = f2 = f3 = 0.0
+    group, place = e // WIDTH, e % WIDTH
     for k in range(P):
-        q, p = interpolated(rod.value, rod.slope, 0, k, g, P)
-        gq, gp, _, _ = bend(
-            rod.stiffness, rod.compliance, q, p, (n[0, k, 0, 0], n[0, k, 1, 0], n[0, k, 2, 0])
-        )
-        value, slope = rod.weights[0, k] * rod.value[k, 0], rod.weights[0, k] * rod.slope[0, k, 0]
+        q, p = interpolated(rod.value, rod.slope, e, k, g, P)
+        force = n[group, k, 0, place], n[group, k, 1, place], n[group, k, 2, place]
+        offset = (0.0, 0.0, 0.0), 0.0
+        if rod.uneven:
+            o = rod.offset
+            offset = (
+                (o[group, k, 0, place], o[group, k, 1, place], o[group, k, 2, place]),
+                o[group, k, 3, place],
+            )
+        gq, gp, _, _ = bend(rod.stiffness, rod.compliance[0], offset, q, p, force)
+        value, slope = rod.weights[e, k] * rod.value[k, i], rod.weights[e, k] * rod.slope[e, k, i]
         f0, f1 = f0 + value * gq[0] + slope * gp[0], f1 + value * gq[1] + slope * gp[1]
         f2, f3 = f2 + value * gq[2] + slope * gp[2], f3 + value * gq[3] + slope * gp[3]
-    return float(body((g[0, 0], g[0, 1], g[0, 2], g[0, 3]), (f0, f1, f2, f3))[1])
+    node = e * P + i
+    return body((g[node, 0], g[node, 1], g[node, 2], g[node, 3]), (f0, f1, f2, f3))
+
+
+@compiled(**OPTIONS)
+def clamp_force(rod: Rod, n: Array) -> Vector:
+    """Force (EI2/L^2) of the right clamp on the ribbon."""
+    x = y = z = 0.0
+    e = rod.weights.shape[0] - 1
+    group, place = e // WIDTH, e % WIDTH
+    for k in range(P):
+        coupling = rod.coupling[e, k, P]
+        x += coupling * n[group, k, 0, place]
+        y += coupling * n[group, k, 1, place]
+        z += coupling * n[group, k, 2, place]
+    last = e * P + P
+    return (
+        x - rod.inertia[last, 0] * rod.weight[0],
+        y - rod.inertia[last, 1] * rod.weight[1],
+        z - rod.inertia[last, 2] * rod.weight[2],
+    )
+
+
+@compiled(**OPTIONS)
+def _moves(pose: Array, first: int) -> bool:
+    return pose[first] != 0.0 or pose[first + 1] != 0.0 or pose[first + 2] != 0.0
+
+
+@compiled(**OPTIONS)
+def power(rod: Rod, g: Array, n: Array, v: Array, pose: Array) -> float:
+    """Power (EI2/L a t*) of all controls, by what moves of them."""
+    total = -pose[PUSH] * v[rod.middle, 2]
+    if _moves(pose, SPIN):
+        moment = clamp_moment(rod, g, n, 0, 0)
+        total += moment[0] * pose[SPIN] + moment[1] * pose[SPIN + 1] + moment[2] * pose[SPIN + 2]
+    if _moves(pose, SPIN + 3):
+        moment = clamp_moment(rod, g, n, rod.weights.shape[0] - 1, P)
+        total += moment[0] * pose[SPIN + 3] + moment[1] * pose[SPIN + 4] + moment[2] * pose[SPIN + 5]
+    if _moves(pose, SPEED):
+        force = clamp_force(rod, n)
+        total += force[0] * pose[SPEED] + force[1] * pose[SPEED + 1] + force[2] * pose[SPEED + 2]
+    return total

@@ -9,6 +9,7 @@ from typing import Any
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import increase, load, spread, store
+from ribbonfem.material.kernels import moments_of, stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED
@@ -18,6 +19,8 @@ Value = Any
 Quaternion = tuple[Value, Value, Value, Value]
 Vector = tuple[Value, Value, Value]
 Rows = tuple[Quaternion, Quaternion, Quaternion]
+# what strains and the stretch count from
+Offset = tuple[Vector, Value]
 
 
 @compiled(**INLINED)
@@ -73,16 +76,6 @@ def strains_of(inverse: Value, q: Quaternion, p: Quaternion) -> Vector:
 
 
 @compiled(**INLINED)
-def moments_of(stiffness: Array, natural: Vector, strain: Vector) -> Vector:
-    """The constitutive law: moments about (t, -m2, m1) of strains, each less the natural one."""
-    return (
-        stiffness[0] * (strain[0] - natural[0]),
-        stiffness[1] * (strain[1] - natural[1]),
-        stiffness[2] * (strain[2] - natural[2]),
-    )
-
-
-@compiled(**INLINED)
 def dot(a: Vector, b: Vector) -> Value:
     """a.b"""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -90,7 +83,7 @@ def dot(a: Vector, b: Vector) -> Value:
 
 @compiled(**INLINED)
 def bend(
-    stiffness: Array, compliance: float, natural: Vector, q: Quaternion, p: Quaternion, n: Vector
+    stiffness: Array, compliance: float, offset: Offset, q: Quaternion, p: Quaternion, n: Vector
 ) -> tuple[Quaternion, Quaternion, Vector, Value]:
     """Derivatives in q and p of the density of `point_hessian`, the tangent, and n.t.
 
@@ -101,10 +94,10 @@ def bend(
     p0, p1, p2, p3 = p
     inverse, tangent = tangent_of(q)
     k1, k2, k3 = strains_of(inverse, q, p)
-    m1, m2, m3 = moments_of(stiffness, natural, (k1, k2, k3))
+    m1, m2, m3 = moments_of(stiffness, offset[0], (k1, k2, k3))
     twice = m1 * k1 + m2 * k2 + m3 * k3
     pull = dot(n, tangent)
-    stretch = 1.0 + compliance * pull
+    stretch = stretch_of(compliance, offset[1], pull)
     # n q
     w0 = -(n[0] * q1 + n[1] * q2 + n[2] * q3)
     w1 = n[0] * q0 + n[1] * q3 - n[2] * q2
@@ -193,7 +186,7 @@ def _put_rows(
 def point_hessian(
     stiffness: Array,
     compliance: float,
-    natural: Vector,
+    offset: Offset,
     q: Quaternion,
     p: Quaternion,
     n: Vector,
@@ -201,7 +194,7 @@ def point_hessian(
 ) -> tuple[Quaternion, Quaternion, Vector, Value, Rows]:
     """Derivatives of the density of the Lagrangian at a Gauss point of four elements.
 
-    f = 1/2 sum_a stiffness_a (kappa_a - natural_a)^2 - n.t - compliance/2 (n.t)^2.  Fills hess (64, WIDTH),
+    f = 1/2 sum_a stiffness_a (kappa_a - offset_a)^2 - (1 + e) n.t - c/2 (n.t)^2.  Fills hess (64, WIDTH),
     the second ones, 8 by 8 in q and p (blocks qq, qp and pp); returns those in q and p, the tangent, n.t, and
     d tangent / dq.
     """
@@ -221,9 +214,9 @@ def point_hessian(
     d0 = _less(twice, (q0, q1, -q2, -q3), tangent[0], q)
     d1 = _less(twice, (q3, q2, q1, q0), tangent[1], q)
     d2 = _less(twice, (-q2, q3, -q0, q1), tangent[2], q)
-    m0, m1, m2 = moments_of(stiffness, natural, (k0, k1, k2))
+    m0, m1, m2 = moments_of(stiffness, offset[0], (k0, k1, k2))
     pull = dot(n, tangent)
-    stretch = 1.0 + compliance * pull
+    stretch = stretch_of(compliance, offset[1], pull)
     v = _sum(n, (d0, d1, d2))
     gq = _less(1.0, _sum((m0, m1, m2), (a0, a1, a2)), stretch, v)
     gp = _sum((m0, m1, m2), (b0, b1, b2))
@@ -303,9 +296,9 @@ def point_hessian(
 
 
 @compiled(**INLINED)
-def stretched(n: Vector, pull: Value, compliance: float, along: float, t: Vector, dt: Rows) -> Rows:
-    """Derivatives in q of r' = (1 + c n.t) t, with c = compliance, `along` being that of the second t."""
-    stretch, pulled = 1.0 + compliance * pull, _sum(n, dt)
+def stretched(n: Vector, stretch: Value, along: float, t: Vector, dt: Rows) -> Rows:
+    """Derivatives in q of r' = (e + c n.t) t, which is `stretch` long; `along` is c, or 0 to leave it out."""
+    pulled = _sum(n, dt)
     return (
         _both(stretch, dt[0], along * t[0], pulled),
         _both(stretch, dt[1], along * t[1], pulled),

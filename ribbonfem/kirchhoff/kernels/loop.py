@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
+from ribbonfem.ends.kernels import FRAME, PLACE, PUSH, Ends, pose_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -19,9 +18,11 @@ from ribbonfem.stepping.kernels.arrays import (
     GAINED,
     HEIGHT,
     KEPT,
+    PHASE,
     PLACES,
     TIME,
     VELOCITY,
+    Measures,
     ModelFunctions,
     Ramp,
     Scheme,
@@ -32,7 +33,8 @@ from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
 from .batch import OPTIONS, WIDTH
 from .consistent_initialisation import project, tangents
-from .energies import clamp_moment, elastic_energy
+from .energies import elastic_energy, potential_energy, power
+from .law import keep_strains, know_strains, viscous_loss
 from .newton import guess, newton, remember
 from .rod import P, Rod
 
@@ -44,8 +46,14 @@ SLOW = 0.015
 
 
 @compiled(**OPTIONS)
-def _set_clamp(g: Array, angle: float) -> None:
-    g[0, 0], g[0, 1], g[0, 2], g[0, 3] = np.cos(0.5 * angle), 0.0, np.sin(0.5 * angle), 0.0
+def _set_clamps(t: Scratch, ends: Ends, phase: int, time: float) -> None:
+    """Both clamps of a stage where they are held."""
+    pose_at(ends, phase, time, t.pose)
+    last = t.g.shape[0] - 1
+    for c in range(4):
+        t.g[0, c], t.g[last, c] = t.pose[FRAME + c], t.pose[FRAME + 4 + c]
+    for c in range(3):
+        t.x[last, c] = t.pose[PLACE + c]
 
 
 @compiled(**OPTIONS)
@@ -93,7 +101,8 @@ def _known(
 @compiled(**OPTIONS)
 def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
     t, y = model.scratch, model.motion
-    impulse = project(model.rod, model.solver, y, t, spin, ramp)
+    pose_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.pose)
+    impulse = project(model.rod, model.solver, y, t, ramp.ends, ramp)
     copy(y.a, y.auxiliary)
     if reset:
         clock[POINTS] = 0.0
@@ -120,6 +129,8 @@ def _begin(model: Moving, clock: Array) -> None:
     copy(y.v, t.stage_v[0])
     copy(y.a, t.stage_a[0])
     copy(y.turning, t.stage_turning[0])
+    copy(y.strain_rate, t.stage_strain_rate[0])
+    t.out[2] = t.pose[PUSH]
     clock[KNOWN] = clock[POINTS]
     if clock[RATE] > SLOW:
         clock[SIGMA] = 0.0
@@ -127,12 +138,14 @@ def _begin(model: Moving, clock: Array) -> None:
 
 @compiled(**OPTIONS)
 def _ready(
-    model: Moving, m: Scheme, clock: Array, i: int, h: float, at: float, angle: float
+    model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float
 ) -> tuple[float, float, float]:
-    """What a stage knows, as `_known`, and its guesses, the clamp at its angle."""
+    """What a stage knows, as `_known`, and its guesses, the clamps where they are held."""
     b, f, ft = _known(m, model.motion, model.scratch, i, h, model.rod.gyroscopic)
     guess(model.scratch, clock, at)
-    _set_clamp(model.scratch.g, angle)
+    _set_clamps(model.scratch, ramp.ends, int(clock[PHASE]), at)
+    if model.rod.retardation > 0.0:
+        know_strains(model.rod, m, model.motion, model.scratch, i, h, ft)
     return b, f, ft
 
 
@@ -150,10 +163,14 @@ def _stage(
 ) -> int:
     """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.turning of the scratch t."""
     t, y = model.scratch, model.motion
-    b, f, ft = _ready(model, m, clock, i, h, at, angle)
+    b, f, ft = _ready(model, m, ramp, clock, i, h, at)
     used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
+    if model.rod.retardation > 0.0:
+        keep_strains(model.rod, model.solver, t, ft)
+        if m.kind == DIRK:
+            copy(t.strain_rate, t.stage_strain_rate[i])
     if m.kind == DIRK:
         copy(t.v, t.stage_v[i])
         copy(t.a, t.stage_a[i])
@@ -175,7 +192,7 @@ def _mean_stage(
 ) -> int:
     """Solve a step by the means of its forces, into the same places."""
     t, y = model.scratch, model.motion
-    b, _, _ = _ready(model, m, clock, i, h, at, angle)
+    b, _, _ = _ready(model, m, ramp, clock, i, h, at)
     guess_ringing(t, clock)
     used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)
     if used > 0:
@@ -184,15 +201,18 @@ def _mean_stage(
 
 
 @compiled(**OPTIONS)
-def _flows(model: Moving, nu: float) -> tuple[float, float]:
+def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     rod, t = model.rod, model.scratch
-    return _kinetic(rod, t.v), clamp_moment(rod, t.g, t.n)
+    lost = 2.0 * nu * _kinetic(rod, t.v)
+    if rod.retardation > 0.0:
+        lost += viscous_loss(rod, t.strain_rate)
+    return lost, power(rod, t.g, t.n, t.v, t.pose)
 
 
 @compiled(**OPTIONS)
-def _mean_flows(model: Moving, nu: float) -> tuple[float, float]:
+def _mean_flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     t = model.scratch
-    return mean_kinetic(model.rod, model.motion.v, t.v), t.out[0]
+    return 2.0 * nu * mean_kinetic(model.rod, model.motion.v, t.v), t.out[0] / h
 
 
 @compiled(**OPTIONS)
@@ -254,6 +274,10 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
         y.x[node, 3] = 0.0
         for c in range(3):
             y.turning[node, c] = t.turning[node, c]
+    for c in range(3):
+        y.x[y.x.shape[0] - 1, c] = t.x[y.x.shape[0] - 1, c]
+    copy(t.strain, y.strain)
+    copy(t.strain_rate, y.strain_rate)
     copy(t.g, y.g)
     copy(t.n, y.n)
     tangents(y.g, y.tangent)
@@ -282,22 +306,29 @@ def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
 
 
 @compiled(**OPTIONS)
-def _energies(model: Moving, x: Array, g: Array, n: Array, v: Array) -> tuple[float, float, float, float]:
+def _energies(
+    model: Moving, nu: float, x: Array, g: Array, n: Array, v: Array, strain_rate: Array
+) -> Measures:
     rod, s = model.rod, model.solver
     load = 0.0
     for e in range(rod.weights.shape[0]):
         for k in range(P):
             load -= rod.weights[e, k] * n[e // WIDTH, k, 0, e % WIDTH]
-    return _kinetic(rod, v), elastic_energy(rod, s, g, n), clamp_moment(rod, g, n), load
+    kinetic = _kinetic(rod, v)
+    lost = 2.0 * nu * kinetic
+    if rod.retardation > 0.0:
+        lost += viscous_loss(rod, strain_rate)
+    elastic, potential = elastic_energy(rod, s, g, n), potential_energy(rod, x)
+    return kinetic, elastic, potential, lost, power(rod, g, n, v, model.scratch.pose), load
 
 
 @compiled(**OPTIONS)
-def _measure(model: Moving, nu: float, solved: bool) -> tuple[float, float, float, float]:
-    """Kinetic and elastic energy, moment on the clamp, mean compressive force; overwrites residuals."""
+def _measure(model: Moving, nu: float, solved: bool) -> Measures:
+    """Energies, what they lose and take, mean compressive force (`ModelFunctions`); overwrites residuals."""
     t, y = model.scratch, model.motion
     if solved:
-        return _energies(model, t.x, t.g, t.n, t.v)
-    return _energies(model, y.x, y.g, y.n, y.v)
+        return _energies(model, nu, t.x, t.g, t.n, t.v, t.strain_rate)
+    return _energies(model, nu, y.x, y.g, y.n, y.v, y.strain_rate)
 
 
 @compiled(**OPTIONS)

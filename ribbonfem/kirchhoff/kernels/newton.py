@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from ribbonfem.ends.kernels import PUSH
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -100,6 +101,14 @@ def move(s: Solver, t: Scratch, part: float) -> None:
 
 
 @compiled(**OPTIONS)
+def lighten(rod: Rod, force: Array) -> None:
+    """Take the weight from inertial forces a mass."""
+    for i in range(force.shape[0]):
+        for c in range(3):
+            force[i, c] -= rod.weight[c]
+
+
+@compiled(**OPTIONS)
 def newton(
     rod: Rod, s: Solver, t: Scratch, g0: Array, b: float, f: float, ft: float, ramp: Ramp, clock: Array
 ) -> int:
@@ -125,7 +134,10 @@ def newton(
         _rates(t, g0, b, f)
         for k in range(t.force.size):
             t.force.flat[k] = t.a.flat[k] + nu * t.v.flat[k]
+        if rod.heavy:
+            lighten(rod, t.force)
         residual(rod, s, t.x, t.g, t.n, t.force)
+        s.fr[rod.middle, 2] += t.pose[PUSH]
         if rod.gyroscopic:
             tangents(t.g, t.tangent)
             for i in range(1, nodes - 1):

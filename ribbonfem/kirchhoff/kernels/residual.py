@@ -2,19 +2,21 @@
 
 Every stage of every method solves the same, with x = xp + b a and v = vp + f a:
 
-    M (a + nu v) + D^T n = 0                              of each r
+    M (a + nu v - w) + D^T n + F = 0                      of each r, w the weight, F at midspan
     dE/dpsi - T^T n + e_x J m (theta'' + nu theta') = 0   of each g, psi its rotation in the body
-    D r - t (1 + c n.t) = 0                               at each Gauss point
+    D r - t (1 + e + c n.t) = 0                           at each Gauss point
 """
 
 from __future__ import annotations
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, spread, store
+from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, add_to_nodes, collect, force_at
 from .gauss_point import Quaternion, Value, Vector, bend, body, interpolated_fours
+from .law import offset_at
 from .rod import P, Rod, Solver
 
 
@@ -96,8 +98,11 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
         collect(x, group, last, P, s.places)
         for k in range(P):
             q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
-            gq, gp, tangent, pull = bend(rod.stiffness, rod.compliance, q, p, force_at(n, group, k))
-            put_gap(rod, s, group, k, 1.0 + rod.compliance * pull, tangent)
+            offset = offset_at(rod, group, k)
+            gq, gp, tangent, pull = bend(
+                rod.stiffness, rod.compliance[0], offset, q, p, force_at(n, group, k)
+            )
+            put_gap(rod, s, group, k, stretch_of(rod.compliance[0], offset[1], pull), tangent)
             put_gradients(s, k, load(rod.four.weights, (group, k)), gq, gp)
         add_forces(rod, s, group, last, n)
         add_moments(rod, s, group, last)

@@ -201,10 +201,10 @@ def assemble(
             weight = load(weights, (group, k))
             x, y, z = force_at(loads, group, k)
             n = force[0] + x, force[1] + y, force[2] + z
-            unbent = force_at(natural, group, k)
-            gq, gp, t, pull, dt = point_hessian(stiffness, compliance, unbent, q, p, n, hess)
+            offset = force_at(natural, group, k), spread(0.0)
+            gq, gp, t, pull, dt = point_hessian(stiffness, compliance, offset, q, p, n, hess)
             _add_forces(n, t, pull, compliance, weight, sums)
-            change = stretched(n, pull, compliance, compliance, t, dt)
+            change = stretched(n, 1.0 + compliance * pull, compliance, t, dt)
             for i in range(size):
                 add_gradient(value, k, i, load(slope, (group, k, i)), weight, (gq, gp), gradient)
                 share = weight * value[k, i]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import increase, load, spread, store
+from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, OPTIONS, collect, force_at
@@ -18,11 +19,11 @@ from .gauss_point import (
     Rows,
     Value,
     Vector,
-    dot,
     interpolated_fours,
     point_hessian,
     stretched,
 )
+from .law import offset_at
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
 from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 
@@ -50,11 +51,20 @@ def _fill_row(rod: Rod, s: Solver, group: int, k: int, b: int, weight: Value, ch
 
 @compiled(**INLINED)
 def _fill_gap(
-    rod: Rod, s: Solver, group: int, k: int, n: Vector, t: Vector, dt: Rows, sigma: float, impulsive: bool
+    rod: Rod,
+    s: Solver,
+    group: int,
+    k: int,
+    n: Vector,
+    stretch: Value,
+    t: Vector,
+    dt: Rows,
+    sigma: float,
+    impulsive: bool,
 ) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations."""
     local, row, weight = s.local, N0 + 3 * k, load(rod.four.weights, (group, k))
-    axial = weight * (-((STIFF if rod.compliance > 0.0 else 0.0) if impulsive else rod.compliance))
+    axial = weight * (-((STIFF if rod.compliance[0] > 0.0 else 0.0) if impulsive else rod.compliance[0]))
     increase(local, (group, row, row), axial * t[0] * t[0])
     increase(local, (group, row + 1, row), axial * t[1] * t[0])
     increase(local, (group, row + 1, row + 1), axial * t[1] * t[1])
@@ -65,7 +75,7 @@ def _fill_gap(
         share = load(rod.four.share, (group, k, l)) * (-1.0 / sigma)
         for b in range(3):
             increase(local, (group, row + b, N0 + 3 * l + b), share)
-    change = stretched(n, dot(n, t), rod.compliance, 0.0 if impulsive else rod.compliance, t, dt)
+    change = stretched(n, stretch, 0.0 if impulsive else rod.compliance[0], t, dt)
     _fill_row(rod, s, group, k, 0, weight, change[0])
     _fill_row(rod, s, group, k, 1, weight, change[1])
     _fill_row(rod, s, group, k, 2, weight, change[2])
@@ -106,8 +116,10 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     for k in range(P):
         q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
         force = force_at(n, group, k)
-        gq, gp, t, _, dt = point_hessian(rod.stiffness, rod.compliance, q, p, force, s.hess)
-        _fill_gap(rod, s, group, k, force, t, dt, sigma, impulsive)
+        offset = offset_at(rod, group, k)
+        gq, gp, t, pull, dt = point_hessian(rod.stiffness, rod.compliance[0], offset, q, p, force, s.hess)
+        stretch = stretch_of(rod.compliance[0], offset[1], pull)
+        _fill_gap(rod, s, group, k, force, stretch, t, dt, sigma, impulsive)
         if not impulsive:
             weight = load(rod.four.weights, (group, k))
             for i in range(P + 1):

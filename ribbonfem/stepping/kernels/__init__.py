@@ -13,6 +13,8 @@ Every stage of every method solves the same equations, with q = qp + b a and v =
     M (a + nu v) + B(q, w)^T n = 0,   the balance of moments,   the constraints on q.
 """
 
+from ribbonfem.ends.kernels import Ends
+
 from .arrays import (
     CLOCK_SIZE,
     CREPT,
@@ -74,6 +76,7 @@ __all__ = [
     "STUCK",
     "VELOCITY",
     "Beam",
+    "Ends",
     "Ramp",
     "Scheme",
     "Scratch",

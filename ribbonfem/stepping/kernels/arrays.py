@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ribbonfem.ends.kernels import Ends
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
@@ -21,14 +22,15 @@ DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
 MOST_TIMES, MOST_BESIDES = 32.0, 2e4
 # what `clock` holds; a model may have places of its own behind
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
-REJECTED, ROWS, MOMENT, POWER, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
+REJECTED, ROWS, POWER, LOSING, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
 # rows with configurations; energy that a step by means gained
 PLACES, GAINED = 20, 21
 CLOCK_SIZE = 22
 # columns of `rows`; a model may have columns of its own behind
-HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 7, 8, 9
-# time, angle, height, kinetic, elastic, dissipated, work, load, d(height)/d(time), whether it is kept
-ROW_SIZE = 10
+HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 8, 9, 10
+# time, control, height, kinetic, elastic, potential, dissipated, work, load, d(height)/d(time), whether it is
+# kept
+ROW_SIZE = 11
 
 NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
@@ -94,24 +96,25 @@ class Scheme(NamedTuple):
 
 @by_reference
 class Ramp(NamedTuple):
-    """The clamp's motion and the control of steps, in t* and rad."""
+    """What the controls do in time, and the control of steps, in t*."""
 
-    rate: float
-    stop: float
-    turned: float  # when the clamp stops
+    ends: Ends
     end: float
     damping: float
     fixed: float  # 0 if adaptive
     tolerance: float
-    largest: float
     newton: float
     smallest: float
     snap: bool  # whether to end soon after the height changes sign
     departed: float  # from zero the height has to have been this far before it crosses it
     every: int  # steps to a row that is kept; the others are for events alone
-    barrier: float  # energy below which a held beam cannot leave its state any more
+    barrier: float  # energy below which a beam that is held to the end cannot leave its state any more
     gain: float  # part of the largest energy so far that an adaptive step may gain from nowhere
     least_growth: float  # a step grows by this factor at least, or stays
+
+
+# kinetic, elastic and potential energy; powers lost and of the controls; compressive force
+Measures = tuple[float, float, float, float, float, float]
 
 
 class ModelFunctions(NamedTuple):
@@ -125,13 +128,13 @@ class ModelFunctions(NamedTuple):
     rescale: Callable[..., Any]  # (model, ratio): the auxiliary acceleration for a step so much longer
     begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
     stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
-    flows: Callable[..., Any]  # (model, nu): kinetic energy and moment on the clamp, of the stage solved
+    flows: Callable[..., Any]  # (model, nu, h): powers lost and of the controls, of the stage or step solved
     error: Callable[
         ..., Any
     ]  # (model, scheme, h): of the step, estimated; minus it where none longer is to follow
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
-    measure: Callable[..., Any]  # (model, nu, solved): kinetic, elastic, moment, load; of stage or instant
+    measure: Callable[..., Any]  # (model, nu, solved): `Measures`, of stage or instant
     record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
 
 
@@ -156,6 +159,7 @@ class Scratch(NamedTuple):
     y2: Array
     stage_v: Array
     stage_a: Array
+    rate: Array
 
 
 @by_reference

@@ -5,7 +5,19 @@ from __future__ import annotations
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
-from .arrays import DIRK, HEIGHT, ONE_STAGE, QUASILINEAR, VELOCITY, Beam, ModelFunctions, Ramp, Scheme, Tables
+from .arrays import (
+    DIRK,
+    HEIGHT,
+    ONE_STAGE,
+    QUASILINEAR,
+    VELOCITY,
+    Beam,
+    Measures,
+    ModelFunctions,
+    Ramp,
+    Scheme,
+    Tables,
+)
 from .elastica import measure_elastica, newton_elastica, project_elastica
 from .loop import loop_of
 from .quasilinear import measure_quasilinear, newton_quasilinear, project_quasilinear
@@ -14,6 +26,7 @@ from .quasilinear import measure_quasilinear, newton_quasilinear, project_quasil
 @compiled()
 def _project(beam: Beam, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
     t, nu = beam.t, ramp.damping
+    beam.s.rate[0] = spin
     if t.kind == QUASILINEAR:
         impulse = project_quasilinear(t, beam.s, beam.q, beam.v, beam.a, beam.w, t.clamp * spin, nu)
     else:
@@ -56,6 +69,7 @@ def _stage(
     """Solve a stage into s.q, s.v, s.a, s.w, with q = qp + b a and v = vp + g a."""
     t, s, q, v, a, w = beam.t, beam.s, beam.q, beam.v, beam.a, beam.w
     auxiliary, dw = beam.auxiliary, beam.dw
+    s.rate[0] = spin
     if m.kind == ONE_STAGE:
         share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
         b, g = m.r1 * h * h * share, m.v1 * h * share
@@ -156,17 +170,19 @@ def _energies(
 
 
 @compiled()
-def _measure(beam: Beam, nu: float, solved: bool) -> tuple[float, float, float, float]:
+def _measure(beam: Beam, nu: float, solved: bool) -> Measures:
     s = beam.s
     if solved:
-        return _energies(beam.t, beam, s.q, s.v, s.a, s.w, nu)
-    return _energies(beam.t, beam, beam.q, beam.v, beam.a, beam.w, nu)
+        kinetic, elastic, moment, load = _energies(beam.t, beam, s.q, s.v, s.a, s.w, nu)
+    else:
+        kinetic, elastic, moment, load = _energies(beam.t, beam, beam.q, beam.v, beam.a, beam.w, nu)
+    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, beam.t.clamp * s.rate[0] * moment, load
 
 
 @compiled()
-def _flows(beam: Beam, nu: float) -> tuple[float, float]:
-    kinetic, _, moment, _ = _measure(beam, nu, True)
-    return kinetic, moment
+def _flows(beam: Beam, nu: float, h: float) -> tuple[float, float]:
+    _, _, _, lost, power, _ = _measure(beam, nu, True)
+    return lost, power
 
 
 @compiled()

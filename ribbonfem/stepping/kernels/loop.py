@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ribbonfem.ends.kernels import control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
@@ -27,11 +28,13 @@ from .arrays import (
     GROWTH,
     HEIGHT,
     KEPT,
+    KINETIC,
     KINK,
     LAST,
+    LOAD,
+    LOSING,
     LOWEST,
     MEAN,
-    MOMENT,
     MOST_BESIDES,
     MOST_TIMES,
     NEWTON,
@@ -49,6 +52,7 @@ from .arrays import (
     STUCK,
     TIME,
     WORK,
+    Measures,
     ModelFunctions,
     Ramp,
     Scheme,
@@ -62,9 +66,8 @@ def _next_step(ramp: Ramp, clock: Array, rest: float, nominal: float) -> float:
     if ramp.fixed > 0.0:
         h = min(h, nominal)
         return rest if rest <= h * (1.0 + 1e-6) else h
-    if clock[PHASE] == 0.0:
-        # of a turn alone: after a tiny one a long hold would never end
-        h = min(h, ramp.largest)
+    # (of what moves alone: after a tiny turn a long hold would never end)
+    h = min(h, ramp.ends.longest[int(clock[PHASE])])
     if rest <= 1.001 * h:
         return rest
     return 0.5 * rest if rest < 2.0 * h else h
@@ -93,17 +96,22 @@ def _advance(ramp: Ramp, clock: Array, h: float, target: float, landed: bool, fa
 
 
 @compiled()
-def _write(
-    clock: Array, rows: Array, row: int, angle: float, kinetic: float, elastic: float, load: float
-) -> None:
+def _write(clock: Array, rows: Array, row: int, control: float, measured: Measures) -> None:
     rows[row, 0] = clock[TIME]
-    rows[row, 1] = angle
-    rows[row, 3] = kinetic
-    rows[row, 4] = elastic
-    rows[row, 5] = clock[DISSIPATED]
-    rows[row, 6] = clock[WORK]
-    rows[row, 7] = load
+    rows[row, 1] = control
+    for c in range(3):
+        rows[row, KINETIC + c] = measured[c]
+    rows[row, KINETIC + 3] = clock[DISSIPATED]
+    rows[row, KINETIC + 4] = clock[WORK]
+    rows[row, LOAD] = measured[5]
     clock[ROWS] = row + 1.0
+
+
+@compiled()
+def _held(ramp: Ramp, clock: Array) -> bool:
+    """Whether the controls stay as they are to the end."""
+    last = ramp.ends.longest.shape[0] - 1
+    return clock[PHASE] == last and ramp.ends.longest[last] == np.inf
 
 
 @compiled()
@@ -114,7 +122,7 @@ def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
     clock[PEAK] = max(clock[PEAK], total)
     if excess - clock[LOWEST] > GROWTH * clock[PEAK]:
         return GREW
-    if clock[PHASE] == 1.0 and total < ramp.barrier:
+    if _held(ramp, clock) and total < ramp.barrier:
         return DONE
     if clock[SIDE] == 0.0 and abs(height) > ramp.departed:
         clock[SIDE] = height
@@ -133,41 +141,41 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
     def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.
 
-        `lever` is d(clamped dof)/d(alpha) of the model.  State is in `clock` and the model, in and out,
+        `lever` is d(clamped dof)/d(control) of the model's impulses.  State is in `clock` and the model, in and out,
         so that a resumed run is bitwise the uninterrupted one.
         """
-        nu = ramp.damping
-        last = m.stages - 1
+        nu, ends = ramp.damping, ramp.ends
+        last, final = m.stages - 1, ramp.ends.longest.shape[0] - 1
         while True:
             phase = int(clock[PHASE])
-            start = 0.0 if phase == 0 else ramp.turned
-            end = ramp.turned if phase == 0 else ramp.end
-            spin = ramp.rate if phase == 0 else 0.0
+            start, end = ends.kinks[phase], ends.kinks[phase + 1]
             if int(clock[ROWS]) >= rows.shape[0]:
                 return FULL
             if clock[KINK] > 0.0:
-                # the clamp's velocity jumps: velocities and forces that fit the new one
+                # what the controls do jumps: velocities and forces that fit the new one
                 first = clock[STEPS] == 0.0
+                reached, spin, _ = control_at(ends, phase, start)
                 if first:
                     # the row is of the instant before the jump
-                    kinetic, elastic, moment, load = measure(model, nu, False)
+                    measured = measure(model, nu, False)
                     rows[0, KEPT] = 1.0
                     record(model, rows, 0)
-                    _write(clock, rows, 0, 0.0 if phase == 0 else ramp.stop, kinetic, elastic, load)
+                    _write(clock, rows, 0, reached, measured)
                     clock[SIDE] = rows[0, HEIGHT] if abs(rows[0, HEIGHT]) > ramp.departed else 0.0
-                before = 0.0 if phase == 0 else ramp.rate
+                before = 0.0
+                if phase > 0:
+                    _, before, _ = control_at(ends, phase - 1, start)
                 clock[WORK] += 0.5 * (before + spin) * lever * project(model, ramp, clock, spin, True)
-                kinetic, elastic, moment, load = measure(model, nu, False)
-                clock[POWER] = 2.0 * nu * kinetic
-                clock[MOMENT] = moment
-                excess = kinetic + elastic + clock[DISSIPATED] - clock[WORK]
+                kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
+                excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                 if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
                     # velocities that ring do not all fit the new one: the rest has their energy
                     clock[GAINED] = excess - clock[EXCESS]
                 else:
                     clock[EXCESS] = excess
                 if first:
-                    clock[LOWEST] = clock[PEAK] = kinetic + elastic - clock[WORK]
+                    clock[LOWEST] = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
+                    clock[PEAK] = kinetic + elastic + potential - clock[WORK]
                 clock[KINK] = 0.0
                 clock[STEP] = ramp.fixed if ramp.fixed > 0.0 else min(1e-3, 1e-2 * (end - start))
                 clock[LAST] = 0.0
@@ -183,29 +191,27 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             h = _next_step(ramp, clock, rest, nominal)
             landed = h == rest
             target = end if landed else time + h
-            angle0 = ramp.rate * time if phase == 0 else ramp.stop
-            angle = ramp.stop if (phase == 1 or landed) else ramp.rate * target
             if m.kind != DIRK:
                 if clock[LAST] > 0.0 and h != clock[LAST]:
                     # the auxiliary acceleration is that of an instant in proportion to the step
                     rescale(model, h / clock[LAST])
                 clock[LAST] = h
             begin(model, clock)
-            work, lost = m.a[last, 0] * clock[MOMENT], m.a[last, 0] * clock[POWER]
+            work, lost = m.a[last, 0] * clock[POWER], m.a[last, 0] * clock[LOSING]
             # one place where stages are solved: the compiler copies the whole solver to each
             iterations = 0
             for i in range(1, m.stages):
                 at = target if i == last else time + m.c[i] * h
-                reached = angle if i == last else angle0 + spin * m.c[i] * h
+                reached, spin, _ = control_at(ends, phase, at)
                 used = stage(model, m, ramp, clock, i, h, at, reached, spin)
                 if used < 0:
                     iterations = used - iterations
                     break
                 iterations += used
                 if m.kind == MEAN or (m.kind == DIRK and i < last):
-                    kinetic, moment = flows(model, nu)
-                    work += m.a[last, i] * moment
-                    lost += m.a[last, i] * 2.0 * nu * kinetic
+                    losing, power = flows(model, nu, h)
+                    work += m.a[last, i] * power
+                    lost += m.a[last, i] * losing
             clock[NEWTON] += abs(iterations)
             if iterations < 0:
                 reject(model, clock)
@@ -227,14 +233,14 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                 factor = max(0.2, factor)
                 if 1.0 < factor < ramp.least_growth:
                     factor = 1.0
-            turn = lever * (angle - angle0)
-            kinetic, elastic, moment, load = measure(model, nu, True)
+            measured = measure(model, nu, True)
             if m.kind != ONE_STAGE:
                 if m.kind == DIRK:
-                    work += m.a[last, last] * moment
-                    lost += m.a[last, last] * (2.0 * nu * kinetic)
-                lost, work = h * lost, turn * work
-                excess = kinetic + elastic + clock[DISSIPATED] + lost - clock[WORK] - work
+                    work += m.a[last, last] * measured[4]
+                    lost += m.a[last, last] * measured[3]
+                lost, work = h * lost, h * work
+                total = measured[0] + measured[1] + measured[2]
+                excess = total + clock[DISSIPATED] + lost - clock[WORK] - work
                 gained = excess - clock[EXCESS]
                 if m.kind == MEAN:
                     gained = abs(gained)
@@ -244,32 +250,37 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     continue
                 if m.kind == DIRK:
                     clock[EXCESS] = excess
-                elif gained < 0.01 * kinetic:
+                elif gained < 0.01 * measured[0]:
                     # the model takes it from its velocities; where they are too low for that, later
                     clock[GAINED] = excess - clock[EXCESS]
-                    kinetic -= clock[GAINED]
+                    kinetic, elastic, potential, losing, power, load = measured
+                    measured = kinetic - clock[GAINED], elastic, potential, losing, power, load
                 else:
                     clock[GAINED] = 0.0
             accept(model, m, h)
             if m.project:
+                # (at its end the step's own phase)
+                clock[TIME] = target
                 project(model, ramp, clock, spin, False)
-                kinetic, elastic, moment, load = measure(model, nu, False)
+                clock[TIME] = time
+                measured = measure(model, nu, False)
             if m.kind == ONE_STAGE:
-                lost = 0.5 * h * (clock[POWER] + 2.0 * nu * kinetic)
-                work = 0.5 * turn * (clock[MOMENT] + moment)
+                lost = 0.5 * h * (clock[LOSING] + measured[3])
+                work = 0.5 * h * (clock[POWER] + measured[4])
             clock[DISSIPATED] += lost
             clock[WORK] += work
-            clock[POWER], clock[MOMENT] = 2.0 * nu * kinetic, moment
+            clock[LOSING], clock[POWER] = measured[3], measured[4]
             _advance(ramp, clock, h, target, landed, factor)
-            done = landed and (phase == 1 or ramp.end <= ramp.turned)
+            total = measured[0] + measured[1] + measured[2]
+            done = landed and phase == final
             # every step leaves a row, in which events are found; the last one is kept too
             row = int(clock[ROWS])
-            last_row = done or clock[AFTER] > 0.0 or (phase == 1 and kinetic + elastic < ramp.barrier)
+            last_row = done or clock[AFTER] > 0.0 or (_held(ramp, clock) and total < ramp.barrier)
             kept = last_row or clock[SINCE] >= ramp.every
             rows[row, KEPT] = 1.0 if kept else 0.0
             record(model, rows, row)
-            _write(clock, rows, row, angle, kinetic, elastic, load)
-            status = _watch(ramp, clock, rows[row, HEIGHT], kinetic + elastic)
+            _write(clock, rows, row, reached, measured)
+            status = _watch(ramp, clock, rows[row, HEIGHT], total)
             if status != FULL:
                 return status
             if kept:
@@ -277,7 +288,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             if done:
                 return DONE
             if landed:
-                clock[PHASE] = 1.0
+                clock[PHASE] += 1.0
                 clock[KINK] = 1.0
 
     return compiled()(run)

@@ -1,0 +1,150 @@
+"""The material of a Kirchhoff rod in motion: what strains count from, and their rates (`ribbonfem.material`).
+
+Strains of a group's Gauss point are (tau, -kappa2, kappa1) and the stretch, in arrays (G, P, 4, WIDTH).  A rod
+that does not retard needs none of them kept: its arrays hold no groups.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.simd import WIDTH, lane, load, spread, store
+from ribbonfem.linalg.array_ops import add, copy
+from ribbonfem.material.kernels import retarded
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
+
+from .arrays import Motion, Scratch
+from .batch import INLINED, OPTIONS, collect, force_at
+from .gauss_point import Offset, dot, interpolated, interpolated_fours, strains_of, tangent_of
+from .rod import P, Rod, Solver
+
+Value = Any
+
+
+@compiled(**INLINED)
+def offset_at(rod: Rod, group: int, k: int) -> Offset:
+    """What the strains and the stretch of a group's Gauss point count from."""
+    if rod.uneven:
+        x, y, z = force_at(rod.offset, group, k)
+        return (x, y, z), load(rod.offset, (group, k, 3))
+    zero = spread(0.0)
+    return (zero, zero, zero), zero
+
+
+@compiled(**OPTIONS)
+def put_strains(rod: Rod, s: Solver, g: Array, n: Array, strain: Array) -> None:
+    """The strains of frames and the stretch of forces, into strain."""
+    last = rod.weights.shape[0] - 1
+    for group in range(strain.shape[0]):
+        collect(g, group, last, P, s.frames)
+        for k in range(P):
+            q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+            inverse, tangent = tangent_of(q)
+            k1, k2, k3 = strains_of(inverse, q, p)
+            store(strain, (group, k, 0), k1)
+            store(strain, (group, k, 1), k2)
+            store(strain, (group, k, 2), k3)
+            pull = dot(force_at(n, group, k), tangent)
+            store(strain, (group, k, 3), load(rod.offset, (group, k, 3)) + rod.compliance[0] * pull)
+
+
+@compiled(**OPTIONS)
+def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, rate: Array) -> None:
+    """Rates of the strains of frames that turn at `turning` (nodes, 3), and of the stretch by velocities v.
+
+    dg (nodes, 4) is overwritten by the rates of the frames, g turning / 2.
+    """
+    for i in range(g.shape[0]):
+        w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
+        a, b, c = 0.5 * turning[i, 0], 0.5 * turning[i, 1], 0.5 * turning[i, 2]
+        dg[i, 0], dg[i, 1] = -x * a - y * b - z * c, w * a + y * c - z * b
+        dg[i, 2], dg[i, 3] = w * b + z * a - x * c, w * c + x * b - y * a
+    elements = rod.weights.shape[0]
+    for place in range(WIDTH * rate.shape[0]):
+        e, group, at = min(place, elements - 1), place // WIDTH, place % WIDTH
+        for k in range(P):
+            q, p = interpolated(rod.value, rod.slope, e, k, g, P)
+            dq, dp = interpolated(rod.value, rod.slope, e, k, dg, P)
+            inverse, t = tangent_of(q)
+            strain = strains_of(inverse, q, p)
+            first, second = strains_of(inverse, dq, p), strains_of(inverse, q, dp)
+            longer = 2.0 * inverse * (q[0] * dq[0] + q[1] * dq[1] + q[2] * dq[2] + q[3] * dq[3])
+            for c in range(3):
+                rate[group, k, c, at] = first[c] + second[c] - strain[c] * longer
+            along = 0.0
+            for i in range(P + 1):
+                node, slope = e * P + i, rod.slope[e, k, i]
+                along += slope * (v[node, 0] * t[0] + v[node, 1] * t[1] + v[node, 2] * t[2])
+            rate[group, k, 3, at] = along
+
+
+@compiled(**OPTIONS)
+def count_from(rod: Rod, known: Array, ratio: float) -> None:
+    """The law of a stage that knows these strains: moments and stretch by strains alone."""
+    for group in range(known.shape[0]):
+        for k in range(P):
+            for c in range(3):
+                natural = load(rod.natural, (group, k, c))
+                store(rod.offset, (group, k, c), retarded(natural, load(known, (group, k, c)), ratio))
+            stretch = retarded(spread(0.0), load(known, (group, k, 3)), ratio)
+            store(rod.offset, (group, k, 3), stretch)
+    for c in range(3):
+        rod.stiffness[c] = rod.elastic[c] * (1.0 + ratio)
+    rod.compliance[0] = rod.elastic[3] / (1.0 + ratio)
+
+
+@compiled(**OPTIONS)
+def count_with(rod: Rod, rate: Array) -> None:
+    """The law where strain rates are known: moments with their viscous part, by the elastic tangent."""
+    tau = rod.retardation
+    for group in range(rate.shape[0]):
+        for k in range(P):
+            for c in range(3):
+                natural = load(rod.natural, (group, k, c))
+                store(rod.offset, (group, k, c), natural - tau * load(rate, (group, k, c)))
+            store(rod.offset, (group, k, 3), -tau * load(rate, (group, k, 3)))
+    for c in range(3):
+        rod.stiffness[c] = rod.elastic[c]
+    rod.compliance[0] = rod.elastic[3]
+
+
+@compiled(**OPTIONS)
+def know_strains(rod: Rod, m: Scheme, y: Motion, t: Scratch, i: int, h: float, ft: float) -> None:
+    """What a stage knows of the strains, in t.known_strain, and its law."""
+    copy(y.strain, t.known_strain)
+    if m.kind != DIRK:
+        add(y.strain_rate, 0.5 * h, t.known_strain)
+    else:
+        for j in range(i):
+            add(t.stage_strain_rate[j], h * m.a[i, j], t.known_strain)
+    count_from(rod, t.known_strain, rod.retardation / ft)
+
+
+@compiled(**OPTIONS)
+def keep_strains(rod: Rod, s: Solver, t: Scratch, ft: float) -> None:
+    """Strains of the stage solved and their rates, in t.strain and t.strain_rate."""
+    put_strains(rod, s, t.g, t.n, t.strain)
+    for k in range(t.strain.size):
+        t.strain_rate.flat[k] = (t.strain.flat[k] - t.known_strain.flat[k]) / ft
+
+
+@compiled(**OPTIONS)
+def viscous_loss(rod: Rod, rate: Array) -> float:
+    """Power that strain rates take: the sum of stiffness x retardation x rate^2."""
+    total = 0.0
+    elements = rod.weights.shape[0]
+    for group in range(rate.shape[0]):
+        share = spread(0.0)
+        for k in range(P):
+            weight = load(rod.four.weights, (group, k))
+            for c in range(3):
+                speed = load(rate, (group, k, c))
+                share += weight * (rod.elastic[c] * speed * speed)
+            if rod.elastic[3] > 0.0:
+                speed = load(rate, (group, k, 3))
+                share += weight * (speed * speed / rod.elastic[3])
+        for place in range(min(WIDTH, elements - WIDTH * group)):
+            total += lane(share, place)
+    return rod.retardation * total
