@@ -14,13 +14,13 @@ With tt = (t_e + t_f) / chi and n_c = (m_c^e + m_c^f) / chi (Bergou et al. 2008,
     (5)  d tau/de = kb / (2 |e|),  d tau/df = kb / (2 |f|),  d tau/d theta = -1 of e, +1 of f
 
 Forces are moments times these.  Of a material that damps (Kelvin-Voigt, a time r) a moment is of the strain and
-of its rate, which (3) to (5) make of velocities; at velocities that follow increments by a factor the stiffness
-counts 1 + r factor times in what is the product of two first derivatives:
+of its rate, which (3) to (5) make of velocities; where those are pace times increments, the stiffness
+counts 1 + r pace times in what is the product of two first derivatives:
 
     (6)  a_1 = B1 (kappa_1 + r kappa_1'),  a_2 = B2 (kappa_2 - kappa_2^0 + r kappa_2'),
          a_t = C (tau - tau^0 + r tau'),  a_s = S (eps + r eps') / l
 
-    (7)  H = sum of (1 + r factor) B d strain (x) d strain + a d2 strain
+    (7)  H = sum of (1 + r pace) B d strain (x) d strain + a d2 strain
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def assemble(
     shape,
     velocity,
     retardation,
-    factor,
+    pace,
     strains,
     gradient,
     hessian,
@@ -67,7 +67,7 @@ def assemble(
     bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
     damped = retardation > 0.0
     # (7) the stiffness against a change of strain
-    rise = 1.0 + retardation * factor
+    rise = 1.0 + retardation * pace
     stiff_1, stiff_2, stiff_t = bend_1 * rise, bend_2 * rise, turn * rise
     stretching = bending = twisting = 0.0
 

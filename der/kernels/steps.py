@@ -44,7 +44,7 @@ from .frames import INLINED, OPTIONS, carry, edges
 
 
 @compiled(**INLINED)
-def sum_up(rod, m1, twist, s, velocity, factor, second, nodes):
+def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
     assemble(
         s.tangent,
@@ -57,7 +57,7 @@ def sum_up(rod, m1, twist, s, velocity, factor, second, nodes):
         rod.shape,
         velocity,
         rod.retardation,
-        factor,
+        pace,
         s.strains,
         s.gradient,
         s.factors,
@@ -149,7 +149,7 @@ def _configure(motion, s, dq, share):
 
 
 @compiled(**INLINED)
-def _evaluate(rod, ends, motion, s, dq, mean, factor, second):
+def _evaluate(rod, ends, motion, s, dq, mean, pace, second):
     """Forces in s.gradient, and with `second` their derivative in dq in s.factors.
 
     At the end of the increments dq or, if `mean`, their mean along the straight path to there:
@@ -163,7 +163,7 @@ def _evaluate(rod, ends, motion, s, dq, mean, factor, second):
     for k in range(3 if mean else 1):
         point = 0.5 + 0.3872983346207417 * (k - 1) if mean else 1.0
         _configure(motion, s, dq, point)
-        sum_up(rod, s.m1, s.twist, s, s.rate, factor, second, nodes)
+        sum_up(rod, s.m1, s.twist, s, s.rate, pace, second, nodes)
         if mean:
             weight = (4.0 if k == 1 else 2.5) / 9.0
             for i in range(4 * nodes):
@@ -180,10 +180,10 @@ def _evaluate(rod, ends, motion, s, dq, mean, factor, second):
 
 
 @compiled(**OPTIONS)
-def _newton(rod, ends, motion, s, dq, c, b, factor, policy):
+def _newton(rod, ends, motion, s, dq, c, b, pace, policy):
     """Solve M (c dq - b) + F = 0 for the free increments, from the guess in dq; F as in `_evaluate`.
 
-    Of ribbons that damp F is at the velocities s.known + factor dq, and at those in s.rate of the clamps.
+    Of ribbons that damp F is at the velocities s.known + pace dq, and at those in s.rate of the clamps.
 
     Returns the iterations, negative if they did not converge.  A factorisation is kept from one
     iteration to the next, and from one step to the next while c stays, as long as the updates
@@ -198,8 +198,8 @@ def _newton(rod, ends, motion, s, dq, c, b, factor, policy):
     for iteration in range(1, 31):
         if rod.retardation > 0.0:
             for i in range(first, last):
-                s.rate[i] = s.known[i] + factor * dq[i]
-        _evaluate(rod, ends, motion, s, dq, mean, factor, fresh)
+                s.rate[i] = s.known[i] + pace * dq[i]
+        _evaluate(rod, ends, motion, s, dq, mean, pace, fresh)
         if fresh:
             motion.clock[ASSEMBLIES] += 1
             motion.clock[FACTORED] = c
@@ -324,13 +324,13 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
         gamma = 0.5 - am + af
         beta = 0.25 * (1.0 - am + af) ** 2
     if method == IMPLICIT_EULER:
-        c, factor = 1.0 / (h * h) + nu / h, 1.0 / h
+        c, pace = 1.0 / (h * h) + nu / h, 1.0 / h
         for i in range(first, last):
             s.known[i] = 0.0
             s.b[i] = v0[i] / h
             s.dq[i] = h * (v0[i] + h * a0[i])
     elif method == MIDPOINT or method == DISCRETE_GRADIENT:
-        c, factor = 2.0 / (h * h) + nu / h, 2.0 / h
+        c, pace = 2.0 / (h * h) + nu / h, 2.0 / h
         for i in range(first, last):
             s.known[i] = 0.0
             s.b[i] = 2.0 * v0[i] / h
@@ -343,7 +343,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
                 s.dq[i] *= 0.5
     else:
         ratio = (1.0 - am) / (1.0 - af)
-        c, factor = ratio / (beta * h * h) + nu * gamma / (beta * h), gamma / (beta * h)
+        c, pace = ratio / (beta * h * h) + nu * gamma / (beta * h), gamma / (beta * h)
         for i in range(first, last):
             # a1 = dq / (beta h^2) - old, v1 = known + gamma h a1
             old = v0[i] / (beta * h) + (0.5 / beta - 1.0) * aux[i]
@@ -363,7 +363,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
     if method == DISCRETE_GRADIENT:
         # the mean force, whose work is that of a step
         motion.clock[PUSH] = 0.5 * (motion.clock[PUSHED] + motion.clock[PUSH])
-    count = _newton(rod, ends, motion, s, s.dq, c, s.b, factor, policy)
+    count = _newton(rod, ends, motion, s, s.dq, c, s.b, pace, policy)
     if count < 0:
         return count, error
     if method == MIDPOINT:
