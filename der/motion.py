@@ -386,6 +386,7 @@ class Loop:
             rate=np.zeros(size),
             known=np.zeros(size),
             strains=np.zeros((rod.nodes, 4)),
+            viscous=np.zeros((rod.nodes, 4)),
         )
         self.constants = kernels.Rod(
             rod.stiffness,

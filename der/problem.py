@@ -26,10 +26,6 @@ def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
     return steps or replace(usual, tolerance=min(usual.tolerance, 1.2e-2 / rod.scene.ribbon.stretch_ratio))
 
 
-# velocities, retardation, how they follow increments, room for strains
-_AT_REST = (np.empty(0), 0.0, 0.0, np.empty((0, 4)))
-
-
 class Statics:
     """The equilibrium equations of a rod in one parameter of its ends.
 
@@ -48,6 +44,8 @@ class Statics:
         weight = np.zeros((rod.nodes, 4))
         weight[:, :3] = rod.rest
         self.weight = weight.ravel()[rod.free]
+        # viscous moments
+        self._resting = np.zeros((rod.nodes, 4))
         # the node at midspan, or the two beside it
         self.midspan = sorted({(rod.nodes - 1) // 2, rod.nodes // 2})
 
@@ -136,7 +134,8 @@ class Statics:
             rod.rest,
             rod.stretch,
             shape,
-            *_AT_REST,
+            self._resting,
+            1.0,
             gradient,
             hessian,
             energies,

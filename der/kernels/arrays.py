@@ -64,11 +64,11 @@ Policy = namedtuple(
 # ribbons that damp
 Motion = namedtuple("Motion", "x v a aux tangent m1 twist strains clock")
 # arrays that a step overwrites; rate and known are velocities of a stage and their part that its increments
-# do not change, of ribbons that damp
+# do not change, and viscous (N, 4) parts of moments, of ribbons that damp
 Scratch = namedtuple(
     "Scratch",
     "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies "
-    "turn rate known strains",
+    "turn rate known strains viscous",
 )
 
 for _tuple in (Rod, Course, Policy, Motion, Scratch):

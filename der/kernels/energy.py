@@ -40,10 +40,8 @@ def assemble(
     rest,
     stretch,
     shape,
-    velocity,
-    retardation,
-    pace,
-    strains,
+    viscous,
+    rise,
     gradient,
     hessian,
     energies,
@@ -58,16 +56,13 @@ def assemble(
     which vanishes in equilibrium.  Without `second` the Hessian is not touched.  Only the terms
     of the first `nodes` nodes are summed: 4 suffice for the reaction of the left clamp.
 
-    With a retardation > 0 velocities (4 N,) count by (6), and strains (N, 4) are written: kappa_1, kappa_2, tau,
-    and that of the edge behind the node.
+    The parts of the moments (6) that are viscous are in `viscous` (N, 4), and 1 + r pace of (7) is `rise`.
     """
     gradient[: 4 * nodes] = 0.0
     if second:
         hessian[:] = 0.0
     bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
-    damped = retardation > 0.0
     # (7) the stiffness against a change of strain
-    rise = 1.0 + retardation * pace
     stiff_1, stiff_2, stiff_t = bend_1 * rise, bend_2 * rise, turn * rise
     stretching = bending = twisting = 0.0
 
@@ -93,6 +88,8 @@ def assemble(
         a1, a2, at = bend_1 * kappa_1, bend_2 * bent, turn * wound
         bending += 0.5 * (a1 * kappa_1 + a2 * bent)
         twisting += 0.5 * at * wound
+        # (6)
+        a1, a2, at = a1 + viscous[i, 0], a2 + viscous[i, 1], at + viscous[i, 2]
         # (3), (4) first derivatives
         p1, p2 = cross(tf, n1), cross(tf, n2)
         q1, q2 = cross(te, n1), cross(te, n2)
@@ -112,23 +109,6 @@ def assemble(
         k1f, k2f = 0.5 * dot(kb, m2f), -0.5 * dot(kb, m1f)
 
         b = 4 * (i - 1)
-        if damped:
-            # (6) and of their rates
-            moved_e = (
-                velocity[b + 4] - velocity[b],
-                velocity[b + 5] - velocity[b + 1],
-                velocity[b + 6] - velocity[b + 2],
-            )
-            moved_f = (
-                velocity[b + 8] - velocity[b + 4],
-                velocity[b + 9] - velocity[b + 5],
-                velocity[b + 10] - velocity[b + 6],
-            )
-            we, wf = velocity[b + 3], velocity[b + 7]
-            a1 += retardation * bend_1 * (dot(g1e, moved_e) + dot(g1f, moved_f) + k1e * we + k1f * wf)
-            a2 += retardation * bend_2 * (dot(g2e, moved_e) + dot(g2f, moved_f) + k2e * we + k2f * wf)
-            at += retardation * turn * (0.5 * dot(kb, mix(moved_e, ie, moved_f, i_f)) + wf - we)
-            strains[i, 0], strains[i, 1], strains[i, 2], strains[i, 3] = kappa_1, kappa_2, twist[i], 0.0
         # (5) forces
         half_e, half_f = 0.5 * at * ie, 0.5 * at * i_f
         for c in range(3):
@@ -144,11 +124,8 @@ def assemble(
         along = across = 0.0
         if stretch[i] > 0.0:
             strain = 1.0 / (i_f * rest) - 1.0
-            force = stretch[i] / rest * strain
+            force = stretch[i] / rest * strain + viscous[i, 3]
             stretching += 0.5 * stretch[i] * strain * strain
-            if damped:
-                force += retardation * stretch[i] / (rest * rest) * dot(tf, moved_f)
-                strains[i, 3] = strain
             for c in range(3):
                 gradient[b + 4 + c] -= force * tf[c]
                 gradient[b + 8 + c] += force * tf[c]
@@ -252,3 +229,50 @@ def assemble(
     energies[0] = stretching
     energies[1] = bending
     energies[2] = twisting
+
+
+@compiled(**OPTIONS)
+def resist(tangent, inverse, m1, twist, stiffness, rest, stretch, velocity, retardation, strains, viscous):
+    """The viscous parts (N, 4) of the moments (6) at velocities (4 N,), and the strains (N, 4).
+
+    Of a node kappa_1, kappa_2, tau, and that of the edge behind it.
+    """
+    bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
+    te, ie = triple(tangent, 0), inverse[0]
+    m1e = triple(m1, 0)
+    m2e = cross(te, m1e)
+    for i in range(1, tangent.shape[0]):
+        tf, i_f = triple(tangent, i), inverse[i]
+        m1f = triple(m1, i)
+        m2f = cross(tf, m1f)
+        # (1)
+        ix = 1.0 / (1.0 + dot(te, tf))
+        kb = mix(cross(te, tf), 2.0 * ix, te, 0.0)
+        tt = mix(te, ix, tf, ix)
+        n1, n2 = mix(m1e, ix, m1f, ix), mix(m2e, ix, m2f, ix)
+        kappa_1, kappa_2 = 0.5 * dot(kb, n1) / ix, 0.5 * dot(kb, n2) / ix
+        b = 4 * (i - 1)
+        ve = (
+            ie * (velocity[b + 4] - velocity[b]),
+            ie * (velocity[b + 5] - velocity[b + 1]),
+            ie * (velocity[b + 6] - velocity[b + 2]),
+        )
+        vf = (
+            i_f * (velocity[b + 8] - velocity[b + 4]),
+            i_f * (velocity[b + 9] - velocity[b + 5]),
+            i_f * (velocity[b + 10] - velocity[b + 6]),
+        )
+        we, wf = velocity[b + 3], velocity[b + 7]
+        # (3) to (5), of the rates
+        both = dot(tt, ve) + dot(tt, vf)
+        rate_1 = dot(cross(tf, n1), ve) - dot(cross(te, n1), vf) - kappa_1 * both
+        rate_2 = dot(cross(tf, n2), ve) - dot(cross(te, n2), vf) - kappa_2 * both
+        rate_1 += 0.5 * (dot(kb, m2e) * we + dot(kb, m2f) * wf)
+        rate_2 -= 0.5 * (dot(kb, m1e) * we + dot(kb, m1f) * wf)
+        strains[i, 0], strains[i, 1], strains[i, 2] = kappa_1, kappa_2, twist[i]
+        strains[i, 3] = 1.0 / (i_f * rest) - 1.0
+        viscous[i, 0] = retardation * bend_1 * rate_1
+        viscous[i, 1] = retardation * bend_2 * rate_2
+        viscous[i, 2] = retardation * turn * (0.5 * (dot(kb, ve) + dot(kb, vf)) + wf - we)
+        viscous[i, 3] = retardation * stretch[i] / rest * dot(tf, vf) / (i_f * rest)
+        te, ie, m1e, m2e = tf, i_f, m1f, m2f

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ribbonfem.ends.kernels import LIFT
+from ribbonfem.ends.kernels import LIFT, control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
@@ -178,6 +178,8 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
         lost = h + clock[CARRY]
         clock[TIME] = target if landing else time + lost
         clock[CARRY] = 0.0 if landing else lost - (clock[TIME] - time)
+        if not landing:
+            clock[CONTROL], _, _ = control_at(ends, phase, clock[TIME])
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
         if policy.step > 0.0:

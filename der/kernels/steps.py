@@ -39,13 +39,27 @@ from .arrays import (
     WORK,
 )
 from .band import FIRST, WIDTH, factor, solve
-from .energy import assemble
+from .energy import assemble, resist
 from .frames import INLINED, OPTIONS, carry, edges
 
 
 @compiled(**INLINED)
 def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
+    if rod.retardation > 0.0:
+        resist(
+            s.tangent,
+            s.inverse,
+            m1,
+            twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            velocity,
+            rod.retardation,
+            s.strains,
+            s.viscous,
+        )
     assemble(
         s.tangent,
         s.inverse,
@@ -55,10 +69,8 @@ def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
         rod.rest,
         rod.stretch,
         rod.shape,
-        velocity,
-        rod.retardation,
-        pace,
-        s.strains,
+        s.viscous,
+        1.0 + rod.retardation * pace,
         s.gradient,
         s.factors,
         s.energies,
