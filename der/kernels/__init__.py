@@ -60,7 +60,7 @@ from .arrays import (
     Scratch,
 )
 from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
-from .energy import assemble
+from .energy import assemble, resist
 from .frames import carry, edges
 from .loop import record, run
 from .steps import reaction
@@ -117,6 +117,7 @@ __all__ = [
     "multiply",
     "reaction",
     "record",
+    "resist",
     "run",
     "solve",
     "solve_refined",
