@@ -461,7 +461,9 @@ class Loop:
             load=load,
             velocity=velocity,
             arclength=np.array(self.rod.arclength),
-            energies=dict(zip(("kinetic", "elastic", "potential", "dissipated", "work"), energies, strict=True)),
+            energies=dict(
+                zip(("kinetic", "elastic", "potential", "dissipated", "work"), energies, strict=True)
+            ),
             configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
             stats={
                 "steps": int(clock[kernels.STEPS]),

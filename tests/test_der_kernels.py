@@ -83,9 +83,7 @@ def test_gradient_and_hessian_against_differences(seed):
 def resist(state, velocity, retardation=0.7):
     strains, viscous = np.zeros((N, 4)), np.zeros((N, 4))
     x, m1, twist = state
-    kernels.resist(
-        *edges(x), m1, twist, STIFFNESS, REST, STRETCH, velocity, retardation, strains, viscous
-    )
+    kernels.resist(*edges(x), m1, twist, STIFFNESS, REST, STRETCH, velocity, retardation, strains, viscous)
     return strains, viscous
 
 
@@ -111,7 +109,11 @@ def test_viscous_moments_are_of_the_strains_rates():
     assert forces @ velocity > 0.0
     # at rest, what moves a node by dq in a stage meets a force of the material that is pace dq r times stiffer
     pace, unit = 3.0, np.zeros(4 * N)
-    straight = REST * np.arange(N)[:, None] * [1.0, 0.0, 0.0], np.tile([0.0, 0.0, 1.0], (N - 1, 1)), np.zeros(N)
+    straight = (
+        REST * np.arange(N)[:, None] * [1.0, 0.0, 0.0],
+        np.tile([0.0, 0.0, 1.0], (N - 1, 1)),
+        np.zeros(N),
+    )
     full = dense(assemble(*straight, rise=1.0 + 0.7 * pace)[2])
     for k in (13, 14, 15, 17, 19):
         unit[:] = 0.0

@@ -106,19 +106,23 @@ def drawn(count, seed):
     """Scenes over all controls, loads and shapes."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        drive = Drive(**{name: rng.uniform(0.3, 1.0) for name in rng.choice(["left", "right", "lift"], 2, False)})
-        idle = [
-            name
-            for name in CONTROLS
-            if name not in drive.moved
-        ]
+        drive = Drive(
+            **{name: rng.uniform(0.3, 1.0) for name in rng.choice(["left", "right", "lift"], 2, False)}
+        )
+        idle = [name for name in CONTROLS if name not in drive.moved]
         size = {"compression": 0.02, "shear": 0.02, "lift": 0.02, "force": 2.0}
         preset = {name: size.get(name, 0.05) * rng.uniform(-1.0, 1.0) for name in rng.choice(idle, 3, False)}
         ribbon = Ribbon(curvature=tuple(rng.uniform(-1.0, 1.0, 3)), twist=rng.uniform(-0.5, 0.5))
         gravity = tuple(rng.uniform(-2.0, 2.0, 3) / ribbon.weight_ratio)
         start = ("U+S+", "U+S-")[rng.integers(2)]
         yield Scene(
-            compression=0.40, shear=0.36, start=start, drive=drive, preset=preset, gravity=gravity, ribbon=ribbon
+            compression=0.40,
+            shear=0.36,
+            start=start,
+            drive=drive,
+            preset=preset,
+            gravity=gravity,
+            ribbon=ribbon,
         )
 
 
@@ -208,4 +212,6 @@ def test_a_start_away_from_0():
     assert found.control == 0.05
     curve = der.equilibria(Scene(), nodes=41, span=(-0.01, 0.05))
     assert abs(found.height - curve.height[-1]) < 1e-7
-    assert der.folds(begun, nodes=41)[0].control == pytest.approx(der.folds(Scene(), nodes=41)[0].control, abs=1e-8)
+    assert der.folds(begun, nodes=41)[0].control == pytest.approx(
+        der.folds(Scene(), nodes=41)[0].control, abs=1e-8
+    )

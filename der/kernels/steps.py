@@ -104,7 +104,9 @@ def push_at(ends, control):
 def _moves_right(ends):
     """Whether the right clamp moves."""
     m = ends.moved
-    return m[RIGHT] != 0.0 or m[TWIST_RIGHT] != 0.0 or m[COMPRESSION] != 0.0 or m[SHEAR] != 0.0 or m[LIFT] != 0.0
+    return (
+        m[RIGHT] != 0.0 or m[TWIST_RIGHT] != 0.0 or m[COMPRESSION] != 0.0 or m[SHEAR] != 0.0 or m[LIFT] != 0.0
+    )
 
 
 @compiled(**INLINED)
@@ -459,7 +461,11 @@ def begin_phase(rod, ends, motion, s, course, policy):
 @compiled(**INLINED)
 def _viscous_loss(rod, before, after):
     """The energy that the change of the strains costs within a unit of time."""
-    bend_1, bend_2, turn = rod.stiffness[0] / rod.rest, rod.stiffness[1] / rod.rest, rod.stiffness[2] / rod.rest
+    bend_1, bend_2, turn = (
+        rod.stiffness[0] / rod.rest,
+        rod.stiffness[1] / rod.rest,
+        rod.stiffness[2] / rod.rest,
+    )
     total = 0.0
     for i in range(1, before.shape[0] - 1):
         total += bend_1 * (after[i, 0] - before[i, 0]) ** 2 + bend_2 * (after[i, 1] - before[i, 1]) ** 2
