@@ -25,13 +25,13 @@ import numpy as np
 
 from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.ends import moving
-from ribbonfem.ends.kernels import Ends, control_at
+from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
-from ribbonfem.options import OptionError, checked, choice, require_duration, within
+from ribbonfem.options import OptionError, checked, choice, refuse, require_duration, within
 from ribbonfem.results import Array, History, RestState, SolverError, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, SceneError
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
 from . import kernels
@@ -102,9 +102,9 @@ def simulate(
     ----------
     scene: with `stop` or a `schedule`; the ramp to `stop` and the hold after it are both followed.
     initial: what the motion starts from instead of the scene's `start`: a `RestState` of `der.state` on the
-        same nodes, at rest at time 0; or a `History` of `der` on them, whose last instant is gone on from.
-        Time goes on, in the scene's own motion, and to the last bit where the interruption was an end of a
-        step.
+        same nodes, at rest; or a `History` of `der` on them, whose last instant is gone on from: time goes on,
+        and dissipated energy and work.  Of the same ribbon; its clamps have to be where the scene's begin.
+        To the last bit the uninterrupted run where that has a kink then.
     nodes, clamp: the discretisation, see `der.rod`.
     method: one of `METHODS`; their orders are in `ORDERS`.
     step: fixed step in s; None (the default) for adaptive steps.  ``verlet`` has fixed steps
@@ -132,10 +132,11 @@ def simulate(
     Raises
     ------
     SceneError
-        For a scene without `stop`, or whose start is not a stable equilibrium.
+        For a scene without `stop` and schedule, or whose start is not a stable equilibrium; for clamps of
+        `initial` that do not fit.
     OptionError
-        For a policy value that cannot be, a method that takes no `Ribbon.retardation`, an `initial` whose
-        clamps are not where the scene has them.
+        For a policy value that cannot be, a method that takes no `Ribbon.retardation`, an `initial` of
+        something else.
     SolverError
         If no step down to 1e-9 of the inertial time converges, or if the energy grows from
         nowhere (an unstable step); carries the history so far.
@@ -161,7 +162,8 @@ def simulate(
     policy = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     if rod.retardation > 0.0 and policy.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
-    ends = _controls(scene)
+    state, began = (start_state(rod), 0.0) if initial is None else _initial(rod, initial)
+    ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())
     course = kernels.Course(
@@ -182,7 +184,6 @@ def simulate(
         "configurations": configurations,
         "until": until,
     }
-    state = start_state(rod) if initial is None else _initial(rod, ends, initial)
     if policy.method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(policy.method)
@@ -190,7 +191,7 @@ def simulate(
         Loop(rod, state, policy._replace(step=1e-6), 1, False).go(short, course)
     run = Loop(rod, state, policy, every, configurations)
     if initial is not None:
-        _go_on(run, initial, ends, course)
+        _go_on(run, initial)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     seconds = clock_time.perf_counter() - begin
@@ -237,84 +238,71 @@ def policy_of(
     )
 
 
-def _controls(scene: Scene) -> Ends:
-    """The scene's controls in time; a constant rate hides nothing between the ends of a step."""
-    return moving(scene, _LARGEST, 0.1 if scene.schedule is not None else np.inf)
+def _controls(scene: Scene, began: float = 0.0) -> Ends:
+    """The scene's controls in time from `began` (t*); a constant rate hides nothing inside of a step."""
+    return moving(scene, _LARGEST, began, 0.1 if scene.schedule is not None else np.inf)
 
 
-def _initial(rod: Rod, ends: Ends, given: RestState | History) -> RodState:
-    """The configuration that a motion starts from, with its clamps where the scene has them.
+def _initial(rod: Rod, given: object) -> tuple[RodState, float]:
+    """The configuration that a motion starts from, its clamps where the scene's begin, and its time in t*.
 
     Raises
     ------
     OptionError
-        If it is none of rods on these nodes, or its clamps do not fit.
+        If it is neither a state nor a motion, or of other nodes or another ribbon.
+    SceneError
+        If its clamps are not where the scene's begin.
     """
+    began, scene = 0.0, rod.scene
     if isinstance(given, History):
-        stepper = given.stepper
-        if not stepper or "twist" not in stepper:
-            raise OptionError(f"initial = {given!r}: no History of der that knows how to go on")
-        if given.scene.ribbon != rod.scene.ribbon:
-            raise OptionError(f"initial = {given!r}: is of another ribbon: {given.scene.ribbon!r}")
-        time = float(stepper["clock"][kernels.TIME])
-        if not time < ends.kinks[-1]:
-            second = rod.scene.ribbon.inertial_time
-            raise OptionError(
-                f"initial = {given!r}: it ends at {time * second:.6g} s, and the scene's motion, in which it is "
-                f"to go on, at {ends.kinks[-1] * second:.6g} s"
-            )
-        state = RodState(stepper["x"].copy(), stepper["m1"].copy(), stepper["twist"].copy())
-        phase = _phase(ends, time)
-        control = control_at(ends, phase, time)[0]
+        kept = given.resume
+        if given.model != "der" or not kept:
+            refuse("initial", given, "a History of der.simulate is needed")
+        if given.scene.ribbon != scene.ribbon:
+            refuse("initial", given, "a motion of the scene's ribbon is needed")
+        state = RodState(kept["x"].copy(), kept["m1"].copy(), kept["twist"].copy())
+        began = float(kept["clock"][kernels.TIME])
     elif isinstance(given, RestState):
-        if len(given.points) != rod.nodes - 2:
-            raise OptionError(f"initial = {given!r}: a state of der on {rod.nodes} nodes is needed")
+        if len(given.points) != len(given.s) - 2:
+            refuse("initial", given, "a state of der is needed")
         state = state_of(given)
-        control = float(rod.scene.begin)
     else:
-        raise OptionError(f"initial = {given!r}: a RestState or a History is needed")
-    if state.x.shape != (rod.nodes, 3):
-        raise OptionError(f"initial = {given!r}: has {len(state.x)} nodes, not {rod.nodes}")
-    x, m1 = Statics(rod).clamps(control)
+        refuse("initial", given, "a RestState or a History is needed")
+    if len(state.x) != rod.nodes:
+        refuse("initial", given, f"it has {len(state.x)} nodes, and nodes = {rod.nodes}")
+    x, m1 = Statics(rod).clamps(scene.begin)
     off = max(np.abs(x - state.x[[0, 1, -2, -1]]).max(), np.abs(m1 - state.m1[[0, -1]]).max())
     if not off <= _FITS:
-        raise OptionError(
-            f"initial = {given!r}: its clamps do not fit: they are off by {off:.3g} (L or rad) from where the "
-            f"scene has them at {told(rod.scene, control)}, with clamp = {rod.clamp!r}"
+        raise SceneError(
+            f"Scene: the clamps, clamp = {rod.clamp!r}, begin where {told(scene, scene.begin)}; those of "
+            f"initial = {given!r} do not fit: they are off by {off:.3g}"
         )
-    return replace(state, at=control)
+    return replace(state, at=scene.begin), began
 
 
-def _phase(ends: Ends, time: float) -> int:
-    """The number of the kink that a motion at an instant has passed last."""
-    return int(np.searchsorted(ends.kinks, time, side="right")) - 1
-
-
-def _go_on(run: Loop, given: RestState | History, ends: Ends, course: kernels.Course) -> None:
+def _go_on(run: Loop, given: RestState | History) -> None:
     """Make a loop's state that at the end of a History, or that of a ribbon that is let go of."""
-    clock, motion, free = run.clock, run.motion, run.rod.free
-    if isinstance(given, RestState):
-        gradient = Statics(run.rod).assemble(run.start, second=False)[1]
-        motion.a[free] = -gradient[free] / run.rod.inertia[free]
-        if run.policy.method not in RINGING[1:]:
-            motion.aux[free] = motion.a[free]
+    clock, motion, rod, free = run.clock, run.motion, run.rod, run.rod.free
+    same = False
+    if isinstance(given, History):
+        kept, power = given.resume, clock[kernels.POWER]
+        for name in ("v", "a", "aux", "tangent", "strains"):
+            getattr(motion, name)[:] = kept[name]
+        clock[:] = kept["clock"]
+        for place in kernels.OF_A_RUN:
+            clock[place] = 0.0
+        clock[kernels.FRESH], clock[kernels.CONTROL] = 1.0, rod.scene.begin
+        same = kept["told"].tobytes() == run.told.tobytes()
+        if (given.scene.drive, given.scene.preset) != (rod.scene.drive, rod.scene.preset):
+            clock[kernels.POWER] = power
+        run.scratch.factors[:] = kept["factors"]
+    if same:
         return
-    kept = given.stepper
-    for name in ("x", "v", "a", "aux", "tangent", "m1", "twist", "strains"):
-        getattr(motion, name)[:] = kept[name]
-    clock[:] = kept["clock"]
-    run.scratch.factors[:] = kept["factors"]
-    for place in (kernels.STEPS, kernels.ITERATIONS, kernels.ASSEMBLIES, kernels.REJECTED, *kernels.SNAPPED):
-        clock[place] = 0.0
-    if kept["policy"].tobytes() != run.told.tobytes():
-        # by another method, or under other loads
-        clock[kernels.FACTORED] = 0.0
-        gradient = Statics(run.rod).assemble(run.start, second=False)[1]
-        motion.a[free] = -gradient[free] / run.rod.inertia[free] - course.damping * motion.v[free]
-        motion.aux[free] = motion.v[free] if run.policy.method in RINGING[1:] else motion.a[free]
-    passed = _phase(ends, clock[kernels.TIME])
-    clock[kernels.PHASE] = float(passed)
-    clock[kernels.FRESH] = float(clock[kernels.TIME] == ends.kinks[passed])
+    # by another method, or under other loads
+    clock[kernels.FACTORED] = 0.0
+    gradient = Statics(rod).assemble(run.start, second=False)[1]
+    motion.a[free] = -gradient[free] / rod.inertia[free] - rod.scene.scaled_damping * motion.v[free]
+    motion.aux[free] = motion.v[free] if run.policy.method in RINGING[1:] else motion.a[free]
 
 
 @lru_cache(maxsize=16)
@@ -477,9 +465,9 @@ class Loop:
             policy=policy,
             model="der",
             steps=freeze(steps),
-            stepper={
+            resume={
                 **{name: np.array(value) for name, value in self.motion._asdict().items()},
                 "factors": self.scratch.factors,
-                "policy": self.told,
+                "told": self.told,
             },
         )

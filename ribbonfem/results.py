@@ -266,8 +266,8 @@ class History(Controlled):
         undamped means ring from step to step).
     steps: (5, steps) time, angle, height, slope and velocity of every step, from which what happens is
         found (beyond a million steps of those around it, and of some between); None where rows are those.
-    stepper: what a stepper needs to go on from the last instant (`initial` of `simulate`); None where it is
-        not known.
+    resume: what the model's stepper goes on from at the last instant (`simulate(..., initial=)`); empty where
+        it does not say.
     """
 
     time: Array
@@ -284,7 +284,7 @@ class History(Controlled):
     arclength: Array = None  # type: ignore[assignment]
     velocity: Array = None  # type: ignore[assignment]
     steps: Array | None = None
-    stepper: Mapping[str, Array] | None = None
+    resume: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("load", "velocity"):

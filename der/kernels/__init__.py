@@ -20,6 +20,7 @@ of each inner node times ``rest``.
 from .arrays import (
     AFTER,
     ASSEMBLIES,
+    CARRY,
     CLOCK_SIZE,
     CONTROL,
     DISCRETE_GRADIENT,
@@ -65,8 +66,8 @@ from .frames import carry, edges
 from .loop import record, run
 from .steps import reaction
 
-# of the crossing that ends a run
-SNAPPED = (AFTER, SIDE)
+# what counts from the beginning of a run
+OF_A_RUN = (STEPS, ITERATIONS, ASSEMBLIES, REJECTED, PHASE, AFTER, SIDE, CARRY)
 
 __all__ = [
     "ASSEMBLIES",
@@ -83,6 +84,7 @@ __all__ = [
     "ITERATIONS",
     "MIDPOINT",
     "NEWMARK",
+    "OF_A_RUN",
     "PHASE",
     "PLACE",
     "POWER",
@@ -98,7 +100,6 @@ __all__ = [
     "ROW_TIME",
     "ROW_VELOCITY",
     "RUNGE_KUTTA",
-    "SNAPPED",
     "STEP",
     "STEPS",
     "STUCK",

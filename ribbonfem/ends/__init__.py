@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +21,13 @@ from . import kernels
 Array = NDArray[np.float64]
 
 
-def _turn(angle: float, twist: float) -> Array:
-    """Quaternion (4,) of Ry(angle) Rx(twist)."""
+def _turn(angle: float, twist: float, by_angle: float, by_twist: float) -> tuple[Array, Array]:
+    """Quaternion (4,) of Ry(angle) Rx(twist), and its derivative where the angles have these."""
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
     d, e = math.cos(0.5 * twist), math.sin(0.5 * twist)
-    return np.array([c * d, c * e, s * d, -s * e])
-
-
-def _turn_rate(angle: float, twist: float, by_angle: float, by_twist: float) -> Array:
-    """Its derivative (4,), where the angles have these."""
-    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
-    d, e = math.cos(0.5 * twist), math.sin(0.5 * twist)
-    first = np.array([-s * d, -s * e, c * d, -c * e])
-    second = np.array([-c * e, c * d, -s * e, -s * d])
-    return 0.5 * (by_angle * first + by_twist * second)
+    a, b = 0.5 * by_angle, 0.5 * by_twist
+    rate = (-a * s * d - b * c * e, -a * s * e + b * c * d, a * c * d - b * s * e, -a * c * e - b * s * d)
+    return np.array((c * d, c * e, s * d, -s * e)), np.array(rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +68,7 @@ class Ends:
         )
         return cls(np.zeros(len(CONTROLS)), moved, chord, np.zeros(3))
 
-    @property
+    @cached_property
     def turns(self) -> bool:
         """Whether the parameter turns or twists a clamp."""
         return bool(self.moved[:4].any())
@@ -85,13 +79,22 @@ class Ends:
 
     def left(self, parameter: float) -> tuple[Array, Array]:
         """Quaternion (4,) of the left clamp, and its derivative in the parameter."""
-        at = self.controls(parameter)
-        return _turn(at[0], at[2]), _turn_rate(at[0], at[2], self.moved[0], self.moved[2])
+        f, m = self._numbers
+        return _turn(f[0] + m[0] * parameter, f[2] + m[2] * parameter, m[0], m[2])
 
     def right(self, parameter: float) -> tuple[Array, Array]:
         """The same of the right clamp."""
-        at = self.controls(parameter)
-        return _turn(-at[1], at[3]), _turn_rate(-at[1], at[3], -self.moved[1], self.moved[3])
+        f, m = self._numbers
+        return _turn(-f[1] - m[1] * parameter, f[3] + m[3] * parameter, -m[1], m[3])
+
+    @cached_property
+    def _numbers(self) -> tuple[list[float], list[float]]:
+        return self.fixed.tolist(), self.moved.tolist()
+
+    @cached_property
+    def pushes(self) -> bool:
+        """Whether there is a weight, or a force at midspan, at some parameter."""
+        return bool(self.weight.any() or self.fixed[7] or self.moved[7])
 
     def reach(self, parameter: float) -> tuple[Array, Array]:
         """r(1) - r(0) (3,) in L, and its derivative."""
@@ -113,13 +116,16 @@ class Ends:
 _LARGEST = np.array([0.05, 0.05, 0.05, 0.05, 0.015, 0.015, 0.015, 2.0])
 
 
-def moving(scene: Scene, largest: float = 1.0, part: float = 0.1) -> kernels.Ends:
+def moving(scene: Scene, largest: float = 1.0, began: float = 0.0, part: float = 0.1) -> kernels.Ends:
     """The controls of a scene in time, for compiled loops.
 
-    `largest` multiplies what a step may change; `part` is the most of the time between two kinks.
+    `largest` multiplies what a step may change; `part` is the most of the time between two kinks.  Time is
+    counted from `began` (t*) on.
     """
     ends = Ends.of(scene)
     times, pieces, kinks = scene.motion
+    if began:
+        times, kinks = tuple(began + x for x in times), tuple(began + x for x in kinks)
     table = np.array(pieces)
     first = np.searchsorted(times, kinks, side="right") - 1
     reached = np.array([_value(times, pieces, instant) for instant in kinks])

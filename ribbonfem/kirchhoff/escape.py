@@ -11,7 +11,8 @@ from ribbonfem.stepping.control import Control
 
 from . import states
 from .kernels import arrays
-from .motion import TOLERANCE, UNTIL, at_rest, integrate, ramp_of
+from .initials import at_rest
+from .motion import TOLERANCE, UNTIL, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh
 
 
@@ -67,13 +68,13 @@ def escape(
         ramp,
         policy,
         configurations,
-        lambda: _moving(problem, found),
+        lambda: _moving(problem, found, scene),
     )
 
 
-def _moving(problem: Statics, found: Departure[Frames]) -> arrays.Motion:
+def _moving(problem: Statics, found: Departure[Frames], scene: Scene) -> arrays.Motion:
     """The state of the time loop at a departure, the clamp held."""
-    motion = at_rest(problem, found.state)
+    motion = at_rest(problem, found.state, scene.ribbon.retardation > 0.0)
     velocity, spin = problem.moving(found.state, found.velocity)
     motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
     return motion

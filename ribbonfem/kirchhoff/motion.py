@@ -31,11 +31,11 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_weights
-from ribbonfem.ends import held
+from ribbonfem.ends import held, moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.options import checked, require_duration
-from ribbonfem.results import Array, History, SolverError, told
+from ribbonfem.results import Array, History, RestState, SolverError, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
@@ -62,7 +62,7 @@ from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.tableaus import Tableau
 
-from . import states
+from . import initials, states
 from .kernels import arrays, condensed, loop, tangent
 from .kernels import average_vector_field as conserving
 from .kernels.batch import in_fours
@@ -103,12 +103,13 @@ def simulate(
     every: int | None = None,
     configurations: bool = True,
     until: str = "end",
+    initial: RestState | History | None = None,
 ) -> History:
-    """The motion from rest in the start state, through the ramp and the hold.
+    """The motion from rest in the start state, through the ramp and the hold, or the schedule.
 
     Parameters
     ----------
-    scene: with a `stop`, of any shear.
+    scene: with a `stop` or a `schedule`.
     elements: an even number of at least 4; errors fall as elements^-10.  They are done four at a
         time: 6 take nearly the time of 8, and 10 that of 12.
     extensible: whether the ribbon stretches, with EA of the scene's ribbon.
@@ -134,6 +135,10 @@ def simulate(
     until: "end"; "snap", soon after the height first changes sign; "decided" ends a held ribbon's
         run once its energy is below that of every saddle that the curve of equilibria through
         its start has at `stop`.
+    initial: a `RestState` to begin at in place of the scene's `start`, or a `History` whose last instant is
+        gone on from: time goes on, and dissipated energy and work.  Of the same model, mesh and ribbon; its
+        clamps have to be where the scene's begin.  To the last bit the uninterrupted run where that has a
+        kink then.
 
     Returns
     -------
@@ -155,9 +160,16 @@ def simulate(
     nodes = P * mesh["elements"] + 1 if configurations else 0
     row = 8.0 * (arrays.ROW_SIZE + 6 * nodes)
     require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
-    problem, start = states.named(scene, **mesh)
+    first: Callable[[], arrays.Motion] | None = None
+    began = 0.0
+    if initial is None:
+        problem, start = states.named(scene, **mesh)
+    else:
+        problem = states.in_control(scene, **mesh)
+        start, first, began = initials.of(problem, scene, initial)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
-    ramp = ramp_of(scene, control, every=every or 1, barrier=barrier)
+    ends = moving(scene, began=began) if began else None
+    ramp = ramp_of(scene, control, ends=ends, every=every or 1, barrier=barrier)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -170,7 +182,7 @@ def simulate(
         "configurations": configurations,
         "until": until,
     }
-    return integrate(problem, start, scene, control, ramp, policy, configurations)
+    return integrate(problem, start, scene, control, ramp, policy, configurations, first)
 
 
 @lru_cache(maxsize=16)
@@ -227,36 +239,12 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
     )
 
 
-def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Motion:
-    """The state of the time loop in an equilibrium; with the strains of a rod that `retards`."""
-    nodes, elements = len(state.g), problem.tables.elements
-    x = np.zeros((nodes, 4))
-    x[:, :3] = problem.positions(state, state.at)
-    # the right clamp, to the last digit
-    x[-1, :3] = problem.ends.reach(state.at)[0]
-    clock = np.zeros(arrays.CLOCK_SIZE)
-    clock[KINK] = 1.0
-    return arrays.Motion(
-        x=x,
-        v=np.zeros_like(x),
-        a=np.zeros_like(x),
-        auxiliary=np.zeros_like(x),
-        g=state.g.copy(),
-        n=in_fours(state.force + problem.loads(state.at)),
-        tangent=np.zeros((nodes, 3)),
-        turning=np.zeros((nodes, 3)),
-        strain=arrays.strains(elements, retards),
-        strain_rate=arrays.strains(elements, retards),
-        clock=clock,
-    )
-
-
 def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Array:
     """The lowest `count` angular frequencies (count,), 1/s, of small undamped motions about a state at rest.
 
     Of the equations of motion: in a stretching rod the force does not stay constant along it.
     """
-    rod, start = discretised(problem, scene), at_rest(problem, state)
+    rod, start = discretised(problem, scene), initials.at_rest(problem, state)
     memory = solver(len(rod.weights))
     tangent.fill(rod, memory, start.g, start.n, SHIFT, False)
     condensed.factorise(memory)
@@ -374,6 +362,7 @@ class Loop:
             policy=policy,
             model="kirchhoff",
             steps=freeze(steps),
+            resume={name: np.array(getattr(self.motion, name)) for name in initials.KEPT},
         )
 
 
@@ -398,7 +387,7 @@ def integrate(
     scheme = control.method.as_scheme()
 
     def resting() -> arrays.Motion:
-        return at_rest(problem, start, rod.retardation > 0.0)
+        return initials.at_rest(problem, start, rod.retardation > 0.0)
 
     begin = first or resting
     if loop_of(scheme) not in _warm:

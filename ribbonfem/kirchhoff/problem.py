@@ -87,6 +87,9 @@ class Statics:
         curvature, twist = ribbon.natural(self.tables.points)
         # of the body strains (tau, -kappa2, kappa1)
         self.natural = np.stack((twist, -curvature, np.zeros_like(twist)), axis=-1)
+        self._natural_fours = in_fours(self.natural)
+        self._no_loads = np.zeros_like(self._natural_fours)
+        self.loaded = ends.pushes
         self.unit = ribbon.inertial_time
         self.spin = ribbon.rotary_inertia
         lumps = lobatto_weights(degree) / elements
@@ -137,6 +140,10 @@ class Statics:
         """(elements, p, 3) strains (tau, -kappa2, kappa1) of the unloaded ribbon at the Gauss points."""
         return self.natural
 
+    def unbent_fours(self, parameter: float) -> Array:
+        """The same for four elements at a time."""
+        return self._natural_fours
+
     def crosses_plane(self, null: Array) -> bool:
         """Whether a change of the unknowns leaves the plane y = 0."""
         # turns about y are in the plane, those about x and z, and a force along y, across it
@@ -176,14 +183,14 @@ class Statics:
         kernels.assemble(
             state.g,
             state.force,
-            in_fours(self.loads(parameter)),
+            in_fours(self.loads(parameter)) if self.loaded else self._no_loads,
             tables.value,
             self.slope,
             self.weights,
             self.stiffness,
             self.compliance,
-            in_fours(self.unbent(parameter)),
-            np.stack((ends.left(parameter)[1], ends.right(parameter)[1])),
+            self.unbent_fours(parameter),
+            np.array((ends.left(parameter)[1], ends.right(parameter)[1])),
             ends.force(parameter)[1],
             band,
             border,
@@ -351,6 +358,7 @@ class Loading(Statics):
         controls = ends.controls(scene.begin)
         self._weight = ends.weight
         self.ends = Ends(np.zeros_like(controls), controls, ends.chord, np.zeros(3))
+        self.loaded = True
         size = float(np.linalg.norm(self._weight)) + 10.0 * float(np.abs(self.natural).max())
         self.parameter_weight = parameter_weight(np.append(controls[:7], controls[7] + size))
 
@@ -362,6 +370,10 @@ class Loading(Statics):
     def unbent(self, parameter: float) -> Array:
         """As of `Statics`, of a share of the natural shape."""
         return parameter * self.natural
+
+    def unbent_fours(self, parameter: float) -> Array:
+        """The same for four elements at a time."""
+        return parameter * self._natural_fours
 
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
         """As of `Statics`; the derivative in the share by central differences: it predicts, and no more."""

@@ -266,7 +266,7 @@ def in_shear(scene: Scene, elements: int, extensible: bool) -> Statics:
     return Statics(scene.ribbon, ends, elements=elements, extensible=extensible)
 
 
-def _in_control(scene: Scene, elements: int, extensible: bool) -> Statics:
+def in_control(scene: Scene, elements: int, extensible: bool) -> Statics:
     """The equations in the control of a scene."""
     return Statics(scene.ribbon, Ends.of(scene), elements=elements, extensible=extensible)
 
@@ -289,7 +289,7 @@ def named(scene: Scene, *, elements: int, extensible: bool) -> tuple[Statics, Fr
         If it is not a stable equilibrium there; the message names those that are.
     """
     kept = _start_of(scene.at_rest, elements, extensible)
-    return _in_control(scene, elements, extensible), Frames(kept.g.copy(), kept.force.copy(), kept.at)
+    return in_control(scene, elements, extensible), Frames(kept.g.copy(), kept.force.copy(), kept.at)
 
 
 def forget() -> None:
@@ -335,7 +335,7 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
         return None
     if scene.shear < 0.0:
         state = sheared_back(state)
-    problem = _in_control(scene, elements, extensible)
+    problem = in_control(scene, elements, extensible)
     if elements != _COARSE:
         g = interpolation(_COARSE, elements, problem.tables.degree) @ state.g
         g /= np.linalg.norm(g, axis=1)[:, None]
@@ -354,7 +354,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     if scene.dressed:
         # named where nothing else acts, then all of that is brought on together
         start = _start_of(scene.plain, elements, extensible)
-        state = brought_on(Loading(_in_control(scene, elements, extensible), scene), start, scene)
+        state = brought_on(Loading(in_control(scene, elements, extensible), scene), start, scene)
         return Frames(state.g, state.force, scene.begin)
     scene.require_isolated()
     if scene.start in _FAMILIES["US"]:
@@ -383,7 +383,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     state = images[scene.start]
     if scene.shear < 0.0:
         state = sheared_back(state)
-    problem = _in_control(scene, elements, extensible)
+    problem = in_control(scene, elements, extensible)
     try:
         return equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)[0]
     except SolverError:

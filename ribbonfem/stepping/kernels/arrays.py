@@ -23,9 +23,9 @@ MOST_TIMES, MOST_BESIDES = 32.0, 2e4
 # what `clock` holds; a model may have places of its own behind
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
 REJECTED, ROWS, POWER, LOSING, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
-# rows with configurations; energy that a step by means gained
-PLACES, GAINED = 20, 21
-CLOCK_SIZE = 22
+# rows with configurations; energy that a step by means gained; the control's rate at the last instant
+PLACES, GAINED, SPUN = 20, 21, 22
+CLOCK_SIZE = 23
 # columns of `rows`; a model may have columns of its own behind
 HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 8, 9, 10
 # time, control, height, kinetic, elastic, potential, dissipated, work, load, d(height)/d(time), whether it is

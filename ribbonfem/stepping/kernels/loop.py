@@ -47,6 +47,7 @@ from .arrays import (
     SHORT,
     SIDE,
     SINCE,
+    SPUN,
     STEP,
     STEPS,
     STUCK,
@@ -162,10 +163,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     record(model, rows, 0)
                     _write(clock, rows, 0, reached, measured)
                     clock[SIDE] = rows[0, HEIGHT] if abs(rows[0, HEIGHT]) > ramp.departed else 0.0
-                before = 0.0
-                if phase > 0:
-                    _, before, _ = control_at(ends, phase - 1, start)
-                clock[WORK] += 0.5 * (before + spin) * lever * project(model, ramp, clock, spin, True)
+                clock[WORK] += 0.5 * (clock[SPUN] + spin) * lever * project(model, ramp, clock, spin, True)
                 kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                 if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
@@ -271,6 +269,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             clock[WORK] += work
             clock[LOSING], clock[POWER] = measured[3], measured[4]
             _advance(ramp, clock, h, target, landed, factor)
+            clock[SPUN] = spin
             total = measured[0] + measured[1] + measured[2]
             done = landed and phase == final
             # every step leaves a row, in which events are found; the last one is kept too

@@ -1,0 +1,138 @@
+"""What a motion begins with: an equilibrium, a given state at rest, or another motion's last instant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ribbonfem.continuation import equilibrium
+from ribbonfem.options import refuse
+from ribbonfem.results import Array, History, RestState
+from ribbonfem.scene import Scene, SceneError, shown
+from ribbonfem.stepping.kernels import KINK, arrays as clocks
+
+from .kernels import arrays
+from .kernels.batch import in_fours
+from .kernels.rod import P
+from .problem import Frames, Statics
+
+# what of the time loop's state a history keeps
+KEPT = tuple(arrays.Motion._fields)
+# L and 1; clamps that are further apart do not fit
+_FITS = 1e-8
+
+
+def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Motion:
+    """The state of the time loop in an equilibrium; with the strains of a rod that `retards`."""
+    nodes, elements = len(state.g), problem.tables.elements
+    x = np.zeros((nodes, 4))
+    x[:, :3] = problem.positions(state, state.at)
+    # the right clamp, to the last digit
+    x[-1, :3] = problem.ends.reach(state.at)[0]
+    clock = np.zeros(arrays.CLOCK_SIZE)
+    clock[KINK] = 1.0
+    return arrays.Motion(
+        x=x,
+        v=np.zeros_like(x),
+        a=np.zeros_like(x),
+        auxiliary=np.zeros_like(x),
+        g=state.g.copy(),
+        n=in_fours(state.force + problem.loads(state.at)),
+        tangent=np.zeros((nodes, 3)),
+        turning=np.zeros((nodes, 3)),
+        strain=arrays.strains(elements, retards),
+        strain_rate=arrays.strains(elements, retards),
+        clock=clock,
+    )
+
+
+def of(
+    problem: Statics, scene: Scene, initial: object
+) -> tuple[Frames, Callable[[], arrays.Motion] | None, float]:
+    """Frames to begin at, the state of the time loop if it is another motion's, and its time in t*.
+
+    Raises
+    ------
+    OptionError
+        If it is neither a state nor a motion, or of another model, mesh or ribbon.
+    SceneError
+        If its clamps are not where the scene's begin.
+    """
+    if isinstance(initial, RestState):
+        return _state(problem, scene, initial), None, 0.0
+    if not isinstance(initial, History):
+        refuse("initial", initial, "a RestState or a History is needed")
+    kept = initial.resume
+    if initial.model != "kirchhoff" or not kept:
+        refuse("initial", initial, "a History of kirchhoff.simulate is needed")
+    if initial.scene.ribbon != scene.ribbon:
+        refuse("initial", initial, "a motion of the scene's ribbon is needed")
+    elements, extensible = initial.policy["elements"], initial.policy["extensible"]
+    if (elements, extensible) != (problem.tables.elements, problem.extensible):
+        refuse(
+            "initial",
+            initial,
+            f"its mesh has elements={elements}, extensible={extensible}; the same are needed",
+        )
+    _require_fit(problem, scene, kept["g"][[0, -1]], kept["x"][-1, :3])
+
+    def motion() -> arrays.Motion:
+        state = arrays.Motion(**{name: np.array(kept[name]) for name in KEPT})
+        clock = state.clock
+        for place in (clocks.STEPS, clocks.NEWTON, clocks.REJECTED, clocks.ROWS, clocks.PHASE, clocks.AFTER):
+            clock[place] = 0.0
+        for place in (clocks.SINCE, clocks.PLACES, clocks.GAINED, clocks.CARRY, arrays.ASSEMBLIES):
+            clock[place] = 0.0
+        clock[KINK] = 1.0
+        return state
+
+    frames = Frames(np.array(kept["g"]), np.zeros(3), scene.begin)
+    return frames, motion, float(kept["clock"][clocks.TIME])
+
+
+def _state(problem: Statics, scene: Scene, state: RestState) -> Frames:
+    """The frames of a state at rest, on the same mesh."""
+    if len(state.s) != len(problem.arclength) or np.abs(state.s - problem.arclength).max() > 1e-12:
+        refuse("initial", state, f"its nodes are not those of elements={problem.tables.elements}")
+    g = quaternions(state.directors, problem.ends.left(scene.begin)[0])
+    _require_fit(problem, scene, g[[0, -1]], state.positions[-1] - state.positions[0])
+    g[0], g[-1] = problem.ends.left(scene.begin)[0], problem.ends.right(scene.begin)[0]
+    return equilibrium(problem, Frames(g, np.array(state.force), scene.begin), scene.begin)[0]
+
+
+def _require_fit(problem: Statics, scene: Scene, frames: Array, reach: Array) -> None:
+    ends, begin = problem.ends, scene.begin
+    wanted = np.stack((ends.left(begin)[0], ends.right(begin)[0]))
+    off = max(np.abs(frames - wanted).max(), np.abs(reach - ends.reach(begin)[0]).max())
+    if not off <= _FITS:
+        where = ", ".join(f"{name} {value:.6g}" for name, value in scene.controls(begin).items() if value)
+        raise SceneError(
+            f"Scene: the clamps begin at dL/L {scene.compression:g}, dW/L {scene.shear:g}, {where or 'unturned'}; "
+            f"those of initial = {shown(reach)} are off by {off:.3g}"
+        )
+
+
+def quaternions(directors: Array, first: Array) -> Array:
+    """Unit quaternions (nodes, 4) of frames with rows m1, m2, m3, each near to the one before; see `directors`."""
+    m1, m2, t = (np.asarray(directors)[:, k] for k in range(3))
+    # columns of the rotation: G e_x = m3, G e_y = -m2, G e_z = m1
+    r = np.stack((t, -m2, m1), axis=-1)
+    q = np.empty((len(r), 4, 4))
+    trace = np.trace(r, axis1=1, axis2=2)
+    # |q|^2 times each component, by the largest
+    q[:, 0, 0] = 1.0 + trace
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[:, i + 1, i + 1] = 1.0 + 2.0 * r[:, i, i] - trace
+        q[:, 0, i + 1] = q[:, i + 1, 0] = r[:, k, j] - r[:, j, k]
+        q[:, j + 1, k + 1] = q[:, k + 1, j + 1] = r[:, j, k] + r[:, k, j]
+    largest = np.argmax(np.einsum("nii->ni", q), axis=1)
+    g = q[np.arange(len(q)), largest]
+    g /= np.linalg.norm(g, axis=1)[:, None]
+    before = first
+    for row in g:
+        if row @ before < 0.0:
+            row *= -1.0
+        before = row
+    return g
