@@ -2,8 +2,10 @@
 
     der.folds(scene)        the folds that a very slow ramp meets
     der.equilibria(scene)   the connected curve of equilibria through the start state
+    der.instabilities(scene)
+                            where the state that such a ramp follows is lost, at folds or otherwise
     der.leaves_plane(scene) where a planar state at rest leaves its plane
-    der.simulate(scene)     the motion while the clamp turns and is held
+    der.simulate(scene)     the motion while the control moves and is held
     der.escape(scene)       the motion that leaves a fold by itself
     der.normal_forms(scene) the folds' normal forms, from which delays are predicted
     der.state, der.stable_states, der.saddle, der.skipping_bound
@@ -21,7 +23,7 @@ from ribbonfem.names import public
 
 from . import modes
 from .escape import escape
-from .functions import equilibria, folds, frequencies, leaves_plane, normal_forms
+from .functions import equilibria, folds, frequencies, instabilities, leaves_plane, normal_forms
 from .info import MODEL_INFO
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
@@ -32,6 +34,7 @@ __all__ = [
     "escape",
     "folds",
     "frequencies",
+    "instabilities",
     "leaves_plane",
     "modes",
     "normal_forms",

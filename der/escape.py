@@ -8,8 +8,9 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
+from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error
-from ribbonfem.results import History, SolverError
+from ribbonfem.results import History, SolverError, told
 from ribbonfem.scene import Scene
 
 from . import kernels
@@ -32,7 +33,7 @@ def escape(
     until: str = "end",
     steps: Steps | None = None,
 ) -> History:
-    """The motion that leaves a fold at the fold's own angle, the clamp held there.
+    """The motion that leaves a fold at the fold's own control, held there.
 
     It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
     the unstable solution of the normal form; the scene says the start, the direction and the damping.
@@ -56,15 +57,14 @@ def escape(
     found, duration = scene_departure(
         Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
     )
-    unit, angle = scene.ribbon.inertial_time, found.form.angle
+    angle = found.form.angle
     damping = scene.scaled_damping
-    # the loop's ramp is over at time 1, where the motion starts
-    ramp = kernels.Ramp(angle, angle, 1.0 + duration / unit, damping, -np.inf, until == "snap")
+    ends = held(scene, angle, duration / scene.ribbon.inertial_time)
+    course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
     policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
     run = Loop(rod, found.state, policy, 1, configurations, found.velocity, damping)
-    run.clock[kernels.TIME] = 1.0
     begin = clock_time.perf_counter()
-    status = run.go(ramp)
+    status = run.go(ends, course)
     stats = {"seconds": clock_time.perf_counter() - begin}
     given = {
         "fold": fold,
@@ -75,9 +75,9 @@ def escape(
         "configurations": configurations,
         "until": until,
     }
-    history = run.history(scene, given, stats, began=1.0)
+    history = run.history(scene, given, stats)
     if status != kernels.DONE:
         raise SolverError(
-            f"the escape from alpha = {angle:.6g} on {nodes} nodes did not reach its end", history
+            f"the escape from {told(scene, angle)} on {nodes} nodes did not reach its end", history
         )
     return history

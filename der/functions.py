@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from ribbonfem.continuation import Steps
-from ribbonfem.continuation.curves import as_fold, whole_curve
+from ribbonfem.continuation.curves import as_fold, instability_of, span_of, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, normal_form
 from ribbonfem.options import checked
-from ribbonfem.results import Array, Branch, Fold
+from ribbonfem.results import Array, Branch, Fold, Instability
 from ribbonfem.scene import Scene
 
 from . import out_of_plane as plane
 from .problem import Statics, default_steps
 from .rod import Rod
-from .states import met_folds, start_state
+from .states import met_events, met_folds, start_state
 
 
 @checked
@@ -24,7 +24,7 @@ def folds(
 
     Parameters
     ----------
-    scene: planar or sheared.
+    scene: any one.
     nodes: N, at least 7; the error falls as N^-2 with the centred clamp and N^-1 with the other.
     clamp: "centred" or "two-node" (see `der.rod`).
     steps: continuation step control; None for one that suits the thickness.
@@ -34,12 +34,29 @@ def folds(
     SceneError
         If the start is not a stable equilibrium.
     OptionError, SolverError
-        For a policy value that cannot be; for a continuation that fails.
+        For a policy value that cannot be; for a continuation that fails, or a state that is lost at
+        another point than a fold before any fold: see `instabilities`.
     """
     problem = Statics(Rod(scene, nodes, clamp))
     found = met_folds(scene, nodes, clamp, steps)
     of = {"model": "der", "scene": scene, "policy": {"nodes": nodes, "clamp": clamp}}
     return tuple(as_fold(problem, event.point, **of) for event in found)
+
+
+@checked
+def instabilities(
+    scene: Scene, *, nodes: int = 151, clamp: str = "centred", steps: Steps | None = None
+) -> tuple[Instability, ...]:
+    """Where the state that a slow ramp follows is lost, in order: folds, up to the first that is none.
+
+    At a "pitchfork" or a "branch" another curve crosses: a perfect ribbon stays on the lost state, a real one
+    leaves it.  Parameters and errors as in `folds`.
+    """
+    rod = Rod(scene, nodes, clamp)
+    problem, found = Statics(rod), met_events(scene, nodes, clamp, steps)
+    of = {"model": "der", "policy": {"nodes": nodes, "clamp": clamp}}
+    exact = default_steps(rod, steps)
+    return tuple(instability_of(problem, event, scene, exact, of) for event in found)
 
 
 @checked
@@ -61,7 +78,7 @@ def frequencies(scene: Scene, *, count: int = 6, nodes: int = 151, clamp: str = 
     Parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    return natural_frequencies(Statics(rod), start_state(rod), 0.0, count)
+    return natural_frequencies(Statics(rod), start_state(rod), scene.begin, count)
 
 
 @checked
@@ -70,18 +87,20 @@ def equilibria(
     *,
     nodes: int = 151,
     clamp: str = "centred",
-    span: tuple[float, float] = (-1.5, 1.5),
+    span: tuple[float, float] | None = None,
     unstable: int = 2,
     steps: Steps | None = None,
 ) -> Branch:
-    """The connected curve of equilibria through the start state, for alpha in `span` (rad).
+    """The connected curve of equilibria through the start state, for controls in `span`.
 
-    It ends with the first state of more than `unstable` unstable directions.  Other parameters
-    and errors as in `folds`.
+    By default (-1.5, 1.5) of angles, 30 EI2/L^2 of forces, and what the chord allows of lengths; the control's
+    start is inside.  It ends with the first state of more than `unstable` unstable directions.  Other
+    parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)
-    curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable)
+    span = span or span_of(scene)
+    curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable, scene.begin)
     policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
     return curve.as_branch(scene, policy, "der", problem.arclength)
 

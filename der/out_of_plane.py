@@ -45,7 +45,7 @@ class InPlane:
     def linearise(self, state: RodState, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent, in the plane."""
         _, gradient, hessian = self.statics.assemble(state)
-        slope = kernels.multiply(hessian, 0, len(gradient), self.statics.clamp_rate(parameter))
+        slope = self.statics.slope(state, hessian, parameter)
         arrow = Arrow(self._band(hessian, self._inside))
         return Linearisation(gradient[self._inside], slope[self._inside], arrow.solve, arrow.negative)
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, Steps
+from ribbonfem.continuation import Linearisation, Steps, parameter_weight
 from ribbonfem.continuation.curves import steps_for
+from ribbonfem.ends import Ends
 from ribbonfem.results import Array
 
 from . import kernels
@@ -26,57 +27,62 @@ def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
 
 
 class Statics:
-    """The equilibrium equations of a rod in one parameter of its clamps.
+    """The equilibrium equations of a rod in one parameter of its ends.
 
     Parameters
     ----------
     rod: the discretisation.
-    parameter: "angle" (of the left clamp, rad; the default), "compression" or "shear"; the other
-        two keep the values given, by default the scene's and angle 0.
+    ends: what the parameter does to clamps and loads; None for the scene's control.
 
     A `ribbonfem.continuation.Problem` over the free unknowns, `rod.free`.
     """
 
-    parameter_weight = PARAMETER_WEIGHT
-
-    def __init__(
-        self,
-        rod: Rod,
-        parameter: str = "angle",
-        *,
-        angle: float = 0.0,
-        compression: float | None = None,
-        shear: float | None = None,
-    ) -> None:
+    def __init__(self, rod: Rod, ends: Ends | None = None) -> None:
         self.rod = rod
-        self.parameter = parameter
-        scene = rod.scene
-        self.angle = angle
-        self.compression = scene.compression if compression is None else compression
-        self.shear = scene.shear if shear is None else shear
+        self.ends = Ends.of(rod.scene) if ends is None else ends
+        self.parameter_weight = parameter_weight(self.ends.moved)
         weight = np.zeros((rod.nodes, 4))
         weight[:, :3] = rod.rest
         self.weight = weight.ravel()[rod.free]
+        # viscous moments
+        self._resting = np.zeros((rod.nodes, 4))
+        # the node at midspan, or the two beside it
+        self.midspan = sorted({(rod.nodes - 1) // 2, rod.nodes // 2})
 
     @property
     def arclength(self) -> Array:
         """(nodes,) s/L of the nodes whose positions are handed out."""
         return np.array(self.rod.arclength)
 
-    def clamps(self, parameter: float) -> tuple[float, float, float]:
-        """Angle, compression and shear at a value of the parameter."""
-        values = {"angle": self.angle, "compression": self.compression, "shear": self.shear}
-        values[self.parameter] = parameter
-        return values["angle"], values["compression"], values["shear"]
+    def shape(self, parameter: float) -> Array:
+        """(N, 2) curvature and twist of the unloaded ribbon at the nodes, rad."""
+        return self.rod.shape
+
+    def weigh(self, parameter: float) -> Array:
+        """(3,) weight per length, EI2/L^3."""
+        return self.ends.weight
+
+    def clamps(self, parameter: float) -> tuple[Array, Array]:
+        """Positions (4, 3) of the first two and last two nodes, and m1 (2, 3) of the first and last edge."""
+        s, at = self.rod.arclength, self.ends.controls(parameter)
+        left, right, twist_left, twist_right = at[:4]
+        x = np.zeros((4, 3))
+        x[:2] = np.outer(s[:2], [np.cos(left), 0.0, -np.sin(left)])
+        x[2:] = self.ends.reach(parameter)[0] + np.outer(s[-2:] - 1.0, [np.cos(right), 0.0, np.sin(right)])
+        m1 = [
+            [np.cos(twist) * np.sin(turn), -np.sin(twist), np.cos(twist) * np.cos(turn)]
+            for turn, twist in ((left, twist_left), (-right, twist_right))
+        ]
+        return x, np.array(m1)
 
     def clamp_rate(self, parameter: float) -> Array:
         """Derivative (4 N,) of the fixed unknowns in the parameter."""
+        s, at, by = self.rod.arclength, self.ends.controls(parameter), self.ends.moved
         rate = np.zeros((self.rod.nodes, 4))
-        if self.parameter == "angle":
-            direction = [-np.sin(parameter), 0.0, -np.cos(parameter)]
-            rate[:2, :3] = np.outer(self.rod.arclength[:2], direction)
-        else:
-            rate[-2:, 0 if self.parameter == "compression" else 1] = -1.0
+        rate[:2, :3] = by[0] * np.outer(s[:2], [-np.sin(at[0]), 0.0, -np.cos(at[0])])
+        rate[-2:, :3] = by[1] * np.outer(s[-2:] - 1.0, [-np.sin(at[1]), 0.0, np.cos(at[1])])
+        rate[-2:, :3] += self.ends.reach(parameter)[1]
+        rate[0, 3], rate[-2, 3] = by[2], by[3]
         return rate.ravel()
 
     def advance(self, state: RodState, increment: Array, parameter: float) -> RodState:
@@ -84,17 +90,18 @@ class Statics:
         rod = self.rod
         step = np.zeros(4 * rod.nodes)
         step[rod.free] = increment
-        angle, compression, shear = self.clamps(parameter)
+        ends, normals = self.clamps(parameter)
         x = state.x + step.reshape(-1, 4)[:, :3]
-        x[:2], normal = rod.left(angle)
-        x[-2:] = rod.right(compression, shear)
-        moved = RodState(x, np.empty_like(state.m1), state.twist.copy())
+        x[:2], x[-2:] = ends[:2], ends[2:]
         turn = np.ascontiguousarray(step.reshape(-1, 4)[:, 3])
-        before, after = self.edges(state.x)[0], self.edges(x)[0]
-        kernels.carry(before, state.m1, state.twist, after, turn, moved.m1, moved.twist)
+        turn[[0, -2]] = self.ends.moved[2:4] * (parameter - state.at)
+        # clamps may twist by more than half a turn: the twist is measured near to what comes of that
+        twist = state.twist.copy()
+        twist[1:-1] += turn[1:-1] - turn[:-2]
+        moved = RodState(x, np.empty_like(state.m1), state.twist.copy(), parameter)
+        kernels.carry(self.edges(state.x)[0], state.m1, twist, self.edges(x)[0], turn, moved.m1, moved.twist)
         # exact values where transport leaves rounding behind
-        moved.m1[0] = normal
-        moved.m1[-1] = 0.0, 0.0, 1.0
+        moved.m1[0], moved.m1[-1] = normals
         return moved
 
     def edges(self, x: Array) -> tuple[Array, Array]:
@@ -104,7 +111,17 @@ class Statics:
         return tangent, inverse
 
     def assemble(self, state: RodState, second: bool = True) -> tuple[Array, Array, Array]:
-        """Energies (3,), gradient (4 N,) and Hessian band (4 N + 10, 11) of all unknowns."""
+        """Elastic energies (3,), gradient (4 N,) and Hessian band (4 N + 10, 11) of all unknowns, with loads."""
+        energies, gradient, hessian = self._elastic(state, self.shape(state.at), second)
+        forces = gradient.reshape(-1, 4)[:, :3]
+        weight, force = self.weigh(state.at), self.ends.force(state.at)[0]
+        if weight.any():
+            forces -= np.outer(self.rod.lumps, weight)
+        if force.any():
+            forces[self.midspan] -= force / len(self.midspan)
+        return energies, gradient, hessian
+
+    def _elastic(self, state: RodState, shape: Array, second: bool) -> tuple[Array, Array, Array]:
         rod = self.rod
         gradient = np.empty(4 * rod.nodes)
         hessian = np.empty((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1))
@@ -116,6 +133,9 @@ class Statics:
             rod.stiffness,
             rod.rest,
             rod.stretch,
+            shape,
+            self._resting,
+            1.0,
             gradient,
             hessian,
             energies,
@@ -123,6 +143,21 @@ class Statics:
             rod.nodes,
         )
         return energies, gradient, hessian
+
+    def slope(self, state: RodState, hessian: Array, parameter: float) -> Array:
+        """Derivative (4 N,) of the gradient in the parameter."""
+        result = kernels.multiply(hessian, 0, 4 * self.rod.nodes, self.clamp_rate(parameter))
+        change = self.ends.force(parameter)[1]
+        if change.any():
+            result.reshape(-1, 4)[self.midspan, :3] -= change / len(self.midspan)
+        return np.asarray(result)
+
+    def crosses_plane(self, null: Array) -> bool:
+        """Whether a change of the unknowns leaves the plane y = 0."""
+        free = np.arange(4 * self.rod.nodes)[self.rod.free]
+        # y and the angles are across it
+        across = free % 2 == 1
+        return bool((null[across] ** 2).sum() > (null[~across] ** 2).sum())
 
     def normals(self, state: RodState) -> Array:
         """Unit vectors m1 (N - 1, 3) normal to the surface, of the edges."""
@@ -132,12 +167,17 @@ class Statics:
         """Elastic energy in EI2/L."""
         return float(self.assemble(state, second=False)[0].sum())
 
+    def potential(self, state: RodState) -> float:
+        """That and the energy of the weight and of the force at midspan: what is least at rest."""
+        acting = float(self.rod.lumps @ (state.x @ self.weigh(state.at)))
+        acting += float((state.x[self.midspan] @ self.ends.force(state.at)[0]).mean())
+        return self.energy(state) - acting
+
     def linearise(self, state: RodState, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         rod, free = self.rod, self.rod.free
         _, gradient, hessian = self.assemble(state)
-        size = 4 * rod.nodes
-        slope = kernels.multiply(hessian, 0, size, self.clamp_rate(parameter))[free]
+        slope = self.slope(state, hessian, parameter)[free]
         factors = hessian.copy()
         index = kernels.factor(factors, free.start, free.stop)
 
@@ -167,3 +207,35 @@ class Statics:
     def momentum(self, state: RodState, velocity: Array, turning: float = 0.0) -> Array:
         """M v (n,) of rates (n,) of the free unknowns; the clamp's nodes move none of them."""
         return self.rod.inertia[self.rod.free] * velocity
+
+
+class Loading(Statics):
+    """The equations of a scene's start in the share of what acts there besides dL and dW.
+
+    Presets, weight, natural shape and where the control starts come on in proportion, from 0 to 1.
+    """
+
+    def __init__(self, rod: Rod) -> None:
+        ends = Ends.of(rod.scene)
+        controls = ends.controls(rod.scene.begin)
+        super().__init__(rod, Ends(np.zeros_like(controls), controls, ends.chord, np.zeros(3)))
+        self._weight = ends.weight
+        size = float(np.linalg.norm(ends.weight)) + 10.0 * float(np.abs(rod.shape).max()) / rod.rest
+        self.parameter_weight = parameter_weight(np.append(controls[:7], controls[7] + size))
+
+    def shape(self, parameter: float) -> Array:
+        """As of `Statics`, a share of it."""
+        return parameter * self.rod.shape
+
+    def weigh(self, parameter: float) -> Array:
+        """As of `Statics`, a share of it."""
+        return parameter * self._weight
+
+    def slope(self, state: RodState, hessian: Array, parameter: float) -> Array:
+        """As of `Statics`; the gradient is linear in the weight and in the natural shape."""
+        result = super().slope(state, hessian, parameter)
+        result.reshape(-1, 4)[:, :3] -= np.outer(self.rod.lumps, self._weight)
+        shape = self.rod.shape
+        if shape.any():
+            result += self._elastic(state, shape, False)[1] - self._elastic(state, 0.0 * shape, False)[1]
+        return result

@@ -33,6 +33,7 @@ def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:
     problem = Statics(rod)
     tangent, inverse = problem.edges(state.x)
     gradient, energies = np.zeros(4 * nodes), np.zeros(3)
+    viscous = np.zeros((nodes, 4))
     hessian = np.zeros((4 * nodes + kernels.WIDTH, kernels.WIDTH + 1))
     first, last = rod.free.start, rod.free.stop
     m1, twist, turn = state.m1.copy(), state.twist.copy(), np.zeros(nodes)
@@ -49,6 +50,9 @@ def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:
             rod.stiffness,
             rod.rest,
             rod.stretch,
+            rod.shape,
+            viscous,
+            1.0,
             gradient,
             hessian,
             energies,

@@ -50,13 +50,30 @@ def _directors(state: RodState) -> Array:
     return np.asarray(u @ v)
 
 
-def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Scene) -> RestState:
+def state_of(rest: RestState) -> RodState:
+    """The nodes and directors that a `RestState` of rods was made from."""
+    x = rest.positions.copy()
+    edge = np.diff(x, axis=0)
+    tangent = edge / np.linalg.norm(edge, axis=1)[:, None]
+    m1 = np.empty_like(tangent)
+    m1[0] = rest.directors[0, 0]
+    twist = np.zeros(len(x))
+    twist[1:-1] = rest.tau * np.diff(rest.points).mean()
+    for i in range(1, len(m1)):
+        before, after = tangent[i - 1], tangent[i]
+        m = m1[i - 1]
+        carried = m - (before + after) * (m @ after) / (1.0 + before @ after)
+        m1[i] = carried * np.cos(twist[i]) + np.cross(after, carried) * np.sin(twist[i])
+    return RodState(x, m1, twist)
+
+
+def _rest(problem: Statics, state: RodState, control: float, index: int, scene: Scene) -> RestState:
     rod = problem.rod
-    height, slope, _ = problem.observe(state, angle)
+    height, slope, _ = problem.observe(state, control)
     gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)[:, :3]
     return RestState(
         name=states.name(rod, state),
-        control=float(angle),
+        control=float(control),
         height=height,
         slope=slope,
         force=gradient[-2:].sum(axis=0),
@@ -72,11 +89,11 @@ def _rest(problem: Statics, state: RodState, angle: float, index: int, scene: Sc
 
 @checked
 def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestState:
-    """The scene's start state at alpha = 0: stable.
+    """The scene's start state: stable.
 
     Parameters
     ----------
-    scene: planar or sheared.
+    scene: any one.
     nodes, clamp: the discretisation, as in `der.folds`.
 
     Returns
@@ -92,23 +109,24 @@ def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestStat
         For a policy value that cannot be, a pre-deformation that fails.
     """
     rod = Rod(scene, nodes, clamp)
-    return _rest(Statics(rod), states.start_state(rod), 0.0, 0, scene)
+    return _rest(Statics(rod), states.start_state(rod), scene.begin, 0, scene)
 
 
 @checked
 def stable_states(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> tuple[str, ...]:
-    """Names of the scene's stable states at alpha = 0, whatever its `start`; () if there is none.
+    """Names of the scene's stable states, whatever its `start`; () if there is none.
 
-    Of those that shearing from the planar state reaches.  Parameters and errors as in `state`.
+    Of those that shearing from the planar state reaches, without presets, loads and natural shape.
+    Parameters and errors as in `state`.
     """
     if not scene.isolated:
         return ()
-    return tuple(sorted(states.stable_states(Rod(scene, nodes, clamp))))
+    return tuple(sorted(states.stable_states(Rod(scene.plain, nodes, clamp))))
 
 
 def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, Point[RodState]]:
     """The saddle between U+S- and U- at an angle: it lies on the sheet that U+S- meets at its fold."""
-    rod = Rod(replace(scene, start="U+S-", rate=1.0, stop=None), nodes, clamp)
+    rod = Rod(replace(scene, start="U+S-", rate=1.0, stop=None, schedule=None), nodes, clamp)
     problem, steps = Statics(rod), default_steps(rod)
     passed, fold = False, "it has no fold"
     begin = first_point(problem, states.start_state(rod), 0.0, 1.0)
@@ -164,11 +182,11 @@ def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") ->
     """
     if scene.planar:
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
-    rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None), nodes, clamp)
+    rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None, schedule=None), nodes, clamp)
     problem = Statics(rod)
     found = states.met_folds(rod.scene, nodes, clamp, None)
     if not found:
         raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
     top = found[0].point
     there, point = _pass(scene, top.parameter, nodes, clamp)
-    return problem.energy(top.state) - there.energy(point.state)
+    return problem.potential(top.state) - there.potential(point.state)

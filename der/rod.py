@@ -14,22 +14,26 @@ import numpy as np
 
 from ribbonfem.options import choice, require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Ribbon, Scene
 
 CLAMPS = ("centred", "two-node")
 
 
 @dataclass(frozen=True)
 class RodState:
-    """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node."""
+    """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node.
+
+    `at` is the parameter at which they are: loads are those of it.
+    """
 
     x: Array
     m1: Array
     twist: Array
+    at: float = 0.0
 
     def copy(self) -> RodState:
         """Return a state with arrays of its own."""
-        return RodState(self.x.copy(), self.m1.copy(), self.twist.copy())
+        return RodState(self.x.copy(), self.m1.copy(), self.twist.copy(), self.at)
 
 
 class Rod:
@@ -49,6 +53,9 @@ class Rod:
     inertia: (4 N,) mass of each unknown: l for positions, rotary inertia times l for angles; the
         whole ribbon weighs 1.
     arclength: (N,) s/L of the nodes.
+    shape: (N, 2) natural curvature and twist of what each inner node stands for, rad.
+    lumps: (N,) of the weight: the ribbon's mass between the clamps, at the nodes nearest to it.
+    retardation: in t*.
     """
 
     def __init__(self, scene: Scene, nodes: int, clamp: str = "centred") -> None:
@@ -73,22 +80,18 @@ class Rod:
         inertia = np.full((self.nodes, 4), self.rest)
         inertia[:, 3] *= ribbon.rotary_inertia
         self.inertia: Array = inertia.ravel()
+        self.retardation = ribbon.retardation / ribbon.inertial_time
+        inner = self.arclength[1:-1]
+        self.shape: Array = np.zeros((self.nodes, 2))
+        if ribbon.shaped:
+            self.shape[1:-1] = _integrals(scene.ribbon, inner - 0.5 * self.rest, inner + 0.5 * self.rest)
+        self.lumps: Array = np.full(self.nodes, self.rest)
+        self.lumps[[0, -1]] = 0.0 if clamp == "centred" else 0.5 * self.rest
 
     @property
     def free(self) -> slice:
         """The free unknowns of the 4 N: theta^1 to theta^(N-3)."""
         return slice(7, 4 * self.nodes - 8)
-
-    def left(self, angle: float) -> tuple[Array, Array]:
-        """Positions (2, 3) of the first two nodes and m1 of the first edge at a clamp angle."""
-        tangent = np.array([np.cos(angle), 0.0, -np.sin(angle)])
-        normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
-        return np.outer(self.arclength[:2], tangent), normal
-
-    def right(self, compression: float, shear: float) -> Array:
-        """Positions (2, 3) of the last two nodes."""
-        end = np.array([1.0 - compression, -shear, 0.0])
-        return end + np.outer(self.arclength[-2:] - 1.0, [1.0, 0.0, 0.0])
 
     def middle(self, x: Array) -> tuple[Array, Array]:
         """Position (..., 3) and unit tangent (..., 3) at midspan of configurations (..., N, 3)."""
@@ -105,3 +108,13 @@ class Rod:
             position = 0.5625 * near.sum(axis=-2) - 0.0625 * far.sum(axis=-2)
             tangent = x[..., half + 1, :] - x[..., half, :]
         return position, tangent / np.linalg.norm(tangent, axis=-1, keepdims=True)
+
+
+def _integrals(ribbon: Ribbon, low: Array, high: Array) -> Array:
+    """Integrals (n, 2) of the natural curvature and twist from s = low to high (n,), linear between points."""
+    counts = [np.size(values) for values in (ribbon.curvature, ribbon.twist)]
+    points = np.unique(np.concatenate((low, high, *(np.linspace(0.0, 1.0, max(n, 2)) for n in counts))))
+    values = np.stack(ribbon.natural(points), axis=-1)
+    steps = 0.5 * np.diff(points)[:, None] * (values[1:] + values[:-1])
+    total = np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
+    return np.asarray(total[np.searchsorted(points, high)] - total[np.searchsorted(points, low)])

@@ -20,12 +20,14 @@ from scipy.optimize import brentq
 from scipy.special import j0
 
 from ribbonfem.continuation import Event, Steps, equilibrium
-from ribbonfem.continuation.curves import ramp_folds
+from ribbonfem.continuation.curves import ramp_events, ramp_folds
+from ribbonfem.continuation.loading import brought_on
+from ribbonfem.ends import Ends
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene, SceneError
 
 from . import kernels
-from .problem import Statics, default_steps
+from .problem import Loading, Statics, default_steps
 from .rod import Rod, RodState
 
 # heights and slips below this (in L) count as zero when a state is named
@@ -55,7 +57,7 @@ def planar(rod: Rod) -> RodState:
     x = np.zeros((rod.nodes, 3))
     x[0, 0] = rod.arclength[0]
     x[1:] = x[0] + np.cumsum(edges, axis=0)
-    x[-2:] = rod.right(rod.scene.compression, 0.0)
+    x[-2:] = Statics(rod, _in_shear(rod)).clamps(0.0)[0][2:]
     m1 = np.column_stack((-np.sin(phi), np.zeros_like(phi), np.cos(phi)))
     return RodState(x, m1, np.zeros(rod.nodes))
 
@@ -71,14 +73,19 @@ def reversed_(state: RodState) -> RodState:
     return RodState(ends - state.x[::-1], state.m1[::-1].copy(), -state.twist[::-1])
 
 
+def _in_shear(rod: Rod) -> Ends:
+    """The ends of a scene's rod in the shear, where nothing else acts."""
+    return Ends.varying("dW", rod.scene.compression, 0.0)
+
+
 def name(rod: Rod, state: RodState) -> str:
-    """The name of a state at alpha = 0 by the signs of z(1/2) and of x(1/2) - (L - dL)/2.
+    """The name of a state by the signs of z(1/2) and of x(1/2) against half the chord.
 
     Both vanish in the states S+ and S-, which are their own reversals: S+ is the one that U+S+
     (and U-S-) becomes, with the midpoint leaning down, t_z < 0.
     """
     position, tangent = rod.middle(state.x)
-    slip = float(position[0]) - 0.5 * (1.0 - rod.scene.compression)
+    slip = float(position[0]) - 0.5 * float(rod.scene.chord(state.at)[0])
     u = "" if abs(position[2]) < _FLAT else "U+" if position[2] > 0.0 else "U-"
     if abs(slip) > _FLAT:
         return u + ("S+" if slip > 0.0 else "S-")
@@ -151,7 +158,7 @@ def _sheared(rod: Rod, *, breaking: bool, longest: float = _CLOSE) -> RodState |
 
     Steps in dW/L are at most `longest`.  None if the symmetric state does not exist that far.
     """
-    problem = Statics(rod, "shear")
+    problem = Statics(rod, _in_shear(rod))
     target = rod.scene.shear
     state = planar(rod)
     line = None
@@ -183,7 +190,7 @@ def _sheared(rod: Rod, *, breaking: bool, longest: float = _CLOSE) -> RodState |
             new_line = problem.linearise(new, following)
         state, line, shear = new, new_line, following
         step = float(np.copysign(min(longest, 1.5 * abs(step)), target))
-    return state
+    return replace(state, at=0.0)
 
 
 def _images(rod: Rod, state: RodState | None) -> dict[str, RodState]:
@@ -213,15 +220,15 @@ def stable_states(rod: Rod) -> dict[str, RodState]:
 def _refined(rod: Rod, coarse: Rod, state: RodState) -> RodState:
     """A state of a coarse rod, interpolated onto the nodes and edges of `rod`."""
     x = CubicSpline(coarse.arclength, state.x)(rod.arclength)
-    x[:2], normal = rod.left(0.0)
-    x[-2:] = rod.right(rod.scene.compression, rod.scene.shear)
+    ends, normals = Statics(rod).clamps(0.0)
+    x[:2], x[-2:] = ends[:2], ends[2:]
     middles = [0.5 * (r.arclength[1:] + r.arclength[:-1]) for r in (coarse, rod)]
     m1 = CubicSpline(middles[0], state.m1)(middles[1])
     tangent = np.diff(x, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1)[:, None]
     m1 -= (m1 * tangent).sum(axis=1)[:, None] * tangent
     m1 /= np.linalg.norm(m1, axis=1)[:, None]
-    m1[0], m1[-1] = normal, (0.0, 0.0, 1.0)
+    m1[0], m1[-1] = normals
     refined = RodState(x, np.empty_like(m1), np.zeros(rod.nodes))
     kernels.carry(tangent, m1, refined.twist, tangent, np.zeros(rod.nodes), refined.m1, refined.twist)
     return refined
@@ -274,8 +281,20 @@ def start_state(rod: Rod) -> RodState:
 def met_folds(scene: Scene, nodes: int, clamp: str, steps: Steps | None) -> tuple[Event[RodState], ...]:
     """`curves.ramp_folds` of a scene's rod; they are kept, since folds, normal forms and bounds all ask."""
     # neither damping nor the size of the rate has a part in them
-    slow = replace(scene.at_rest, rate=math.copysign(1.0, scene.rate), stop=scene.stop)
-    return _met_folds(slow, nodes, clamp, steps)
+    return _met_folds(_slow(scene), nodes, clamp, steps)
+
+
+def met_events(scene: Scene, nodes: int, clamp: str, steps: Steps | None) -> tuple[Event[RodState], ...]:
+    """The same of `curves.ramp_events`."""
+    rod = Rod(_slow(scene), nodes, clamp)
+    return ramp_events(Statics(rod), start_state(rod), rod.scene, default_steps(rod, steps))
+
+
+def _slow(scene: Scene) -> Scene:
+    """What a very slow ramp of a scene depends on."""
+    if scene.schedule is not None:
+        return replace(scene, damping=0.0)
+    return replace(scene.at_rest, rate=math.copysign(1.0, scene.rate), stop=scene.stop)
 
 
 @lru_cache(maxsize=16)
@@ -293,6 +312,11 @@ def forget() -> None:
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
     rod = Rod(scene, nodes, clamp)
+    if scene.dressed:
+        # named where nothing else acts, then all of that is brought on together
+        plain = _start_of(replace(scene.plain, drive="left"), nodes, clamp).copy()
+        state = brought_on(Loading(rod), plain, scene, default_steps(rod))
+        return replace(state, at=scene.begin)
     rod.scene.require_isolated()
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:

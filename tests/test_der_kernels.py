@@ -31,9 +31,13 @@ def carry(x_old, m1_old, twist_old, x, turn, m1, twist):
     kernels.carry(edges(x_old)[0], m1_old, twist_old, edges(x)[0], turn, m1, twist)
 
 
-def assemble(x, m1, twist, second=True):
+STRAIGHT, RESTING = np.zeros((N, 2)), np.zeros((N, 4))
+
+
+def assemble(x, m1, twist, second=True, shape=STRAIGHT, viscous=RESTING, rise=1.0):
     gradient, hessian, energies = np.zeros(4 * N), np.zeros((4 * N + 10, 11)), np.zeros(3)
-    kernels.assemble(*edges(x), m1, twist, STIFFNESS, REST, STRETCH, gradient, hessian, energies, second, N)
+    material = STIFFNESS, REST, STRETCH, shape, viscous, rise
+    kernels.assemble(*edges(x), m1, twist, *material, gradient, hessian, energies, second, N)
     return energies.sum(), gradient, hessian
 
 
@@ -54,16 +58,18 @@ def dense(hessian):
     return full
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_gradient_and_hessian_against_differences(seed):
     state = crumpled(seed)
-    _, gradient, hessian = assemble(*state)
+    # the last one of a naturally bent and twisted rod
+    shape = 0.3 * np.random.default_rng(seed).normal(size=(N, 2)) * (seed == 2)
+    _, gradient, hessian = assemble(*state, shape=shape)
     n, h = 4 * N - 1, 1e-5
     slope, curvature = np.zeros(n), np.zeros((n, n))
     for i in range(n):
         unit = np.zeros(4 * N)
         unit[i] = h
-        values = [assemble(*moved(state, k * unit), second=False) for k in (-2, -1, 1, 2)]
+        values = [assemble(*moved(state, k * unit), second=False, shape=shape) for k in (-2, -1, 1, 2)]
         weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12 * h)
         slope[i] = sum(w * v[0] for w, v in zip(weights, values, strict=True))
         curvature[:, i] = sum(w * v[1] for w, v in zip(weights, values, strict=True))[:n]
@@ -72,6 +78,49 @@ def test_gradient_and_hessian_against_differences(seed):
     assert np.abs(symmetric - dense(hessian)).max() < 1e-10 * np.abs(curvature).max()
     # what is left out is there, away from equilibrium: the frames' holonomy
     assert np.abs(curvature - curvature.T).max() > 1e-3 * np.abs(curvature).max()
+
+
+def resist(state, velocity, retardation=0.7):
+    strains, viscous = np.zeros((N, 4)), np.zeros((N, 4))
+    x, m1, twist = state
+    kernels.resist(*edges(x), m1, twist, STIFFNESS, REST, STRETCH, velocity, retardation, strains, viscous)
+    return strains, viscous
+
+
+def test_viscous_moments_are_of_the_strains_rates():
+    """Their rates by differences; and the Hessian of stages, at velocities that are increments times a pace."""
+    state, h = crumpled(), 1e-6
+    velocity = np.random.default_rng(5).normal(size=4 * N)
+    velocity[-1] = 0.0
+    strains, viscous = resist(state, velocity)
+    sides = [resist(moved(state, side * h * velocity), velocity)[0] for side in (-1.0, 1.0)]
+    rates = (sides[1] - sides[0]) / (2.0 * h)
+    inner = np.arange(1, N - 1)
+    for c, stiffness in enumerate((400.0 / REST, 1.0 / REST, 1.4562 / REST)):
+        expected = 0.7 * stiffness * rates[inner, c]
+        assert np.abs(viscous[inner, c] - expected).max() < 1e-7 * np.abs(expected).max()
+    expected = 0.7 * STRETCH[inner] / REST * rates[inner, 3]
+    assert np.abs(viscous[inner, 3] - expected).max() < 1e-7 * np.abs(expected).max()
+    assert np.array_equal(strains[inner, 2], state[2][inner])
+    # the power of the viscous forces is what the strains lose, and never negative
+    forces = assemble(*state, second=False, viscous=viscous)[1] - assemble(*state, second=False)[1]
+    lengths = np.array([1.0, 1.0, 1.0, REST])
+    assert np.isclose(forces @ velocity, (viscous * rates * lengths)[inner].sum(), rtol=1e-7)
+    assert forces @ velocity > 0.0
+    # at rest, what moves a node by dq in a stage meets a force of the material that is pace dq r times stiffer
+    pace, unit = 3.0, np.zeros(4 * N)
+    straight = (
+        REST * np.arange(N)[:, None] * [1.0, 0.0, 0.0],
+        np.tile([0.0, 0.0, 1.0], (N - 1, 1)),
+        np.zeros(N),
+    )
+    full = dense(assemble(*straight, rise=1.0 + 0.7 * pace)[2])
+    for k in (13, 14, 15, 17, 19):
+        unit[:] = 0.0
+        unit[k] = h
+        there = moved(straight, unit)
+        force = assemble(*there, second=False, viscous=resist(there, pace * unit)[1])[1]
+        assert np.abs(force[:-1] / h - full[:, k]).max() < 1e-4 * np.abs(full[:, k]).max()
 
 
 def test_rigid_motion():

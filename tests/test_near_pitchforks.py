@@ -10,6 +10,7 @@ from der.problem import default_steps
 from der.rod import Rod
 from ribbonfem import Ribbon, Scene, SceneError, kirchhoff
 from ribbonfem.continuation import Steps, first_point, trace
+from ribbonfem.ends import Ends
 
 STEEL = Ribbon(length=0.18, width=0.012, thickness=0.0002, young=200e9, density=7850, poisson=0.3)
 STRIP = Scene(compression=0.25, shear=0.25, start="U+S+", ribbon=STEEL)
@@ -30,7 +31,7 @@ def test_both_turns_inside_a_step_are_found(shear, angles, steps):
 def fork_of_rods(compression, nodes):
     """The shear at which the planar rod's symmetric states lose their stability."""
     rod = Rod(Scene(compression=compression, shear=0.1, start="U+"), nodes, "centred")
-    problem = der.states.Statics(rod, "shear")
+    problem = der.states.Statics(rod, Ends.varying("dW", rod.scene.compression, 0.0))
     first = first_point(problem, der.states.planar(rod), 0.0, 1.0)
     for segment in trace(problem, first, (-0.1, 0.9 * np.sqrt(2.0 * compression)), Steps(largest=0.1), 8):
         if segment.events:

@@ -13,25 +13,33 @@ therefore increments: a variation of x leaves the frames parallel (Bergou et al.
 
 Units: lengths L, energies EI2/L.  ``rod`` holds the stiffnesses: (EI1, EI2, GJ) over EI2,
 ``rest`` the rest length of an edge, ``stretch`` (N - 1,) the stretching stiffness EA of each
-edge times its share of the length (0 for the clamped ones).
+edge times its share of the length (0 for the clamped ones), ``shape`` (N, 2) the natural curvature and twist
+of each inner node times ``rest``.
 """
 
 from .arrays import (
+    AFTER,
     ASSEMBLIES,
+    CARRY,
     CLOCK_SIZE,
+    CONTROL,
     DISCRETE_GRADIENT,
     DONE,
+    FACTORED,
+    FRESH,
     FULL,
     GENERALISED_ALPHA,
     IMPLICIT_EULER,
     ITERATIONS,
     MIDPOINT,
     NEWMARK,
+    PHASE,
     PLACE,
     POWER,
+    PUSHED,
     REJECTED,
     ROW,
-    ROW_ANGLE,
+    ROW_CONTROL,
     ROW_HEIGHT,
     ROW_KEPT,
     ROW_KINETIC,
@@ -40,40 +48,50 @@ from .arrays import (
     ROW_TIME,
     ROW_VELOCITY,
     RUNGE_KUTTA,
+    SIDE,
     STEP,
     STEPS,
     STUCK,
     TIME,
     VERLET,
+    Course,
     Motion,
     Policy,
-    Ramp,
     Rod,
     Scratch,
 )
 from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
-from .energy import assemble
+from .energy import assemble, resist
 from .frames import carry, edges
 from .loop import record, run
-from .steps import clamp_moment
+from .steps import reaction
+
+# what counts from the beginning of a run
+OF_A_RUN = (STEPS, ITERATIONS, ASSEMBLIES, REJECTED, PHASE, AFTER, SIDE, CARRY)
 
 __all__ = [
     "ASSEMBLIES",
     "CLOCK_SIZE",
+    "CONTROL",
     "DISCRETE_GRADIENT",
     "DONE",
     "FIRST",
+    "FACTORED",
+    "FRESH",
     "FULL",
     "GENERALISED_ALPHA",
     "IMPLICIT_EULER",
     "ITERATIONS",
     "MIDPOINT",
     "NEWMARK",
+    "OF_A_RUN",
+    "PHASE",
     "PLACE",
     "POWER",
+    "PUSHED",
     "REJECTED",
     "ROW",
-    "ROW_ANGLE",
+    "ROW_CONTROL",
     "ROW_HEIGHT",
     "ROW_KEPT",
     "ROW_KINETIC",
@@ -88,18 +106,19 @@ __all__ = [
     "TIME",
     "VERLET",
     "WIDTH",
+    "Course",
     "Motion",
     "Policy",
-    "Ramp",
     "Rod",
     "Scratch",
     "assemble",
     "carry",
-    "clamp_moment",
     "edges",
     "factor",
     "multiply",
+    "reaction",
     "record",
+    "resist",
     "run",
     "solve",
     "solve_refined",

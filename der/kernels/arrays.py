@@ -29,9 +29,15 @@ DONE, FULL, STUCK, BLOWN = range(4)
     SIDE,
     CARRY,
     PLACE,
-) = range(18)
-CLOCK_SIZE = 18
-# L; the height has left zero, and may cross it, once it is this far from it: rounding is not
+    PHASE,
+    FRESH,
+    CONTROL,
+    PUSH,
+    PUSHED,
+    SCALE,
+) = range(24)
+CLOCK_SIZE = 24
+# L; the height has left the clamps', and may cross it, once it is this far from it: rounding is not
 DEPARTED = 1e-6
 # see `run`: lengths per t* below which the error allowed in a step shrinks with the speed, over 1
 CREEP = 0.1
@@ -39,14 +45,14 @@ CREEP = 0.1
 GROWTH = 0.25
 
 # columns of `rows`
-ROW_TIME, ROW_ANGLE, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_DISSIPATED, ROW_WORK = range(8)
-ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_SIZE = 8, 9, 10, 11
+ROW_TIME, ROW_CONTROL, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_POTENTIAL = range(7)
+ROW_DISSIPATED, ROW_WORK, ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_SIZE = range(7, 13)
 
-Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength")
-# rate, stop (rad, along the rate), end (time), nu; all in units of t*; the energy below which a
-# held ribbon cannot leave its state any more, and its run ends; whether to end soon after the height
-# changes sign
-Ramp = namedtuple("Ramp", "rate stop end damping barrier snap")
+# retardation in t*; shape (N, 2) natural curvature and twist of a node, rad; lumps (N,) of the weight
+Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength shape lumps retardation")
+# nu, in 1/t*; the instant from which the control stands still, and the energy below which the ribbon cannot
+# leave its state then any more, so that its run ends; whether to end soon after the height crosses the clamps'
+Course = namedtuple("Course", "damping settled barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
 # weights (stages,) of its error and the power of the step in that
@@ -54,14 +60,16 @@ Policy = namedtuple(
     "Policy", "method step tolerance newton largest smallest radius table instants weights power"
 )
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
-# variable of generalised-alpha and the mean velocity of midpoint's last step; frames
-Motion = namedtuple("Motion", "x v a aux tangent m1 twist clock")
-# arrays that a step overwrites
+# variable of generalised-alpha and the mean velocity of midpoint's last step; frames; strains (N, 4) of
+# ribbons that damp
+Motion = namedtuple("Motion", "x v a aux tangent m1 twist strains clock")
+# arrays that a step overwrites; rate and known are velocities of a stage and their part that its increments
+# do not change, and viscous (N, 4) parts of moments, of ribbons that damp
 Scratch = namedtuple(
     "Scratch",
     "x tangent inverse m1 twist dq stage_v stage_a v b gradient gradient1 hessian factors right energies "
-    "turn",
+    "turn rate known strains viscous",
 )
 
-for _tuple in (Rod, Ramp, Policy, Motion, Scratch):
+for _tuple in (Rod, Course, Policy, Motion, Scratch):
     by_reference(_tuple)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.ends.kernels import LIFT, control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
@@ -11,28 +12,34 @@ from .arrays import (
     AFTER,
     BLOWN,
     CARRY,
+    CONTROL,
     CREEP,
     DEPARTED,
     DISSIPATED,
     DONE,
     EFFORT,
+    FRESH,
     FULL,
     GROWTH,
     ITERATIONS,
+    PHASE,
     PLACE,
+    PUSHED,
     REJECTED,
     ROW,
-    ROW_ANGLE,
+    ROW_CONTROL,
     ROW_DISSIPATED,
     ROW_ELASTIC,
     ROW_HEIGHT,
     ROW_KEPT,
     ROW_KINETIC,
     ROW_LOAD,
+    ROW_POTENTIAL,
     ROW_SLOPE,
     ROW_TIME,
     ROW_VELOCITY,
     ROW_WORK,
+    SCALE,
     SIDE,
     SINCE,
     START,
@@ -43,12 +50,12 @@ from .arrays import (
     WORK,
 )
 from .band import FIRST
-from .frames import OPTIONS, dot, edges, mix, triple
-from .steps import accept, attempt, clamp_angle, largest_move, sum_up
+from .frames import INLINED, OPTIONS, dot, edges, mix, triple
+from .steps import accept, attempt, begin_phase, largest_move, sum_up
 
 
 @compiled(**OPTIONS)
-def record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
+def record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
     """Write the next row; configurations only if it is kept and there is room for them.
 
     One that is not kept has what events are found in, and no elastic energy or load, which cost most.
@@ -71,17 +78,22 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
         velocity = 0.5625 * (v[4 * half + 2] + v[4 * half + 6])
         velocity -= 0.0625 * (v[4 * half - 2] + v[4 * half + 10])
     rows[row, ROW_TIME] = clock[TIME]
-    rows[row, ROW_ANGLE] = clamp_angle(ramp, clock[TIME])
+    rows[row, ROW_CONTROL] = clock[CONTROL]
     rows[row, ROW_HEIGHT] = height
     rows[row, ROW_SLOPE] = slope
     rows[row, ROW_VELOCITY] = velocity
     rows[row, ROW_KINETIC] = kinetic
     rows[row, ROW_KEPT] = 1.0 if kept else 0.0
-    if not kept and ramp.barrier == -math.inf:
+    if not kept and course.barrier == -math.inf:
         return False
     edges(motion.x, s.tangent, s.inverse)
-    sum_up(rod, motion.m1, motion.twist, s, False, nodes)
+    sum_up(rod, motion.m1, motion.twist, s, v, 0.0, False, nodes)
     rows[row, ROW_ELASTIC] = s.energies[0] + s.energies[1] + s.energies[2]
+    w, potential = ends.weight, 0.0
+    if w[0] != 0.0 or w[1] != 0.0 or w[2] != 0.0:
+        for i in range(nodes):
+            potential -= rod.lumps[i] * dot(triple(x, i), (w[0], w[1], w[2]))
+    rows[row, ROW_POTENTIAL] = potential
     rows[row, ROW_DISSIPATED] = clock[DISSIPATED]
     rows[row, ROW_WORK] = clock[WORK]
     # the compressive force along x, averaged over the free edges
@@ -96,17 +108,25 @@ def record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
         copy(motion.x, row_x[place])
         copy(motion.m1, row_m1[place])
         clock[PLACE] += 1.0
-    held = kinetic + rows[row, ROW_ELASTIC] - clock[WORK]
+    held = kinetic + rows[row, ROW_ELASTIC] + potential - clock[WORK]
     if clock[STEPS] == 0.0:
-        clock[START] = held
+        clock[START], clock[SCALE] = held, kinetic + rows[row, ROW_ELASTIC] + abs(potential)
     # Energy from nowhere: what follows would be no motion of this ribbon.  What the damping took is
     # left out of the balance: long steps do not resolve it, and it can only make room.
-    return not held - clock[START] <= GROWTH * (clock[START] + clock[EFFORT])
+    return not held - clock[START] <= GROWTH * (clock[SCALE] + clock[EFFORT])
+
+
+@compiled(**INLINED)
+def _energy(motion, rows, row):
+    """All that a ribbon has while the control stands still."""
+    energy = rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] + rows[row, ROW_POTENTIAL]
+    push, nodes = motion.clock[PUSHED], motion.x.shape[0]
+    return energy + 0.5 * push * (motion.x[(nodes - 1) // 2, 2] + motion.x[nodes // 2, 2])
 
 
 @compiled(**OPTIONS)
-def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
-    """Step until the end of the ramp and its hold, until decided or snapped (DONE), until the rows are full
+def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
+    """Step until the end of the control's motion, until decided or snapped (DONE), until the rows are full
     (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
 
     All the state is in `motion`, so that a call after FULL, with fresh rows, goes on.  Every accepted
@@ -114,21 +134,24 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
     """
     nodes = motion.x.shape[0]
     clock = motion.clock
-    kink = abs(ramp.stop / ramp.rate)
+    last = ends.kinks.shape[0] - 1
     order = 1.0 / policy.power
     while True:
         if clock[ROW] >= rows.shape[0]:
             return FULL
-        time = clock[TIME]
-        target = kink if time < kink else ramp.end
-        h = min(clock[STEP], policy.largest)
-        # half a rad at most: transport of frames needs neighbours
-        h = min(h, 0.5 / abs(ramp.rate)) if time < kink else h
+        if clock[FRESH] != 0.0:
+            clock[FRESH] = 0.0
+            begin_phase(rod, ends, motion, s, course, policy)
+        time, phase = clock[TIME], int(clock[PHASE])
+        target = ends.kinks[phase + 1]
+        # transport of frames needs neighbours
+        h = min(clock[STEP], policy.largest, ends.longest[phase])
         # no sliver of a step is left: it would tell nothing, and spoil what is interpolated over it
         landing = target - time <= h * (1.0 + (1e-6 if policy.step > 0.0 else 1e-3))
         if landing:
             h = target - time
-        count, error = attempt(rod, motion, s, ramp, policy, h)
+        reached = target if landing else time + h
+        count, error = attempt(rod, ends, motion, s, course, policy, h, reached)
         clock[ITERATIONS] += abs(count)
         failed = count < 0
         if policy.step > 0.0:
@@ -150,11 +173,13 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             if h < policy.smallest:
                 return STUCK
             continue
-        accept(rod, motion, s, ramp, policy, h)
+        accept(rod, ends, motion, s, course, policy, h, reached)
         # what rounding leaves of the sum of many equal steps is carried on: they are to land on the target
         lost = h + clock[CARRY]
         clock[TIME] = target if landing else time + lost
         clock[CARRY] = 0.0 if landing else lost - (clock[TIME] - time)
+        if not landing:
+            clock[CONTROL], _, _ = control_at(ends, phase, clock[TIME])
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
         if policy.step > 0.0:
@@ -164,25 +189,29 @@ def run(rod, motion, s, ramp, policy, every, rows, row_x, row_m1):
             growth = 2.5 if error == 0.0 else min(2.5, max(0.2, 0.9 * (policy.tolerance / error) ** order))
             # a short step onto a kink says nothing of the steps that follow
             clock[STEP] = max(h * growth, clock[STEP] if landing and growth > 1.0 else 0.0)
-        done = clock[TIME] >= ramp.end
+        done = landing and phase + 1 == last
+        if landing and not done:
+            clock[PHASE] += 1.0
+            clock[FRESH] = 1.0
         kept = done or clock[SINCE] >= every or clock[AFTER] > 0.0
         if kept:
             clock[SINCE] = 0.0
-        if record(rod, motion, s, ramp, rows, row_x, row_m1, kept):
+        if record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
             return BLOWN
         row = int(clock[ROW]) - 1
-        if clock[TIME] >= kink and rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] < ramp.barrier:
+        if clock[TIME] >= course.settled and _energy(motion, rows, row) < course.barrier:
             if kept:
                 return DONE
             # the last row is a whole one
             clock[ROW] -= 1.0
-            record(rod, motion, s, ramp, rows, row_x, row_m1, True)
+            record(rod, ends, motion, s, course, rows, row_x, row_m1, True)
             return DONE
-        if ramp.snap:
-            if clock[SIDE] == 0.0 and abs(rows[row, ROW_HEIGHT]) > DEPARTED:
-                clock[SIDE] = rows[row, ROW_HEIGHT]
+        if course.snap:
+            height = rows[row, ROW_HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * clock[CONTROL])
+            if clock[SIDE] == 0.0 and abs(height) > DEPARTED:
+                clock[SIDE] = height
             # two rows on either side of the crossing, for a cubic where velocities are not known
-            crossed = clock[SIDE] != 0.0 and rows[row, ROW_HEIGHT] * clock[SIDE] <= 0.0
+            crossed = clock[SIDE] != 0.0 and height * clock[SIDE] <= 0.0
             if clock[AFTER] > 0.0 or crossed:
                 clock[AFTER] += 1.0
                 if clock[AFTER] >= 2.0:

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.ends.kernels import (
+    COMPRESSION,
+    FORCE,
+    LEFT,
+    LIFT,
+    RIGHT,
+    SHEAR,
+    TWIST_LEFT,
+    TWIST_RIGHT,
+    control_at,
+)
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
 from .arrays import (
     ASSEMBLIES,
+    CONTROL,
     DISCRETE_GRADIENT,
     DISSIPATED,
     EFFORT,
@@ -16,20 +28,38 @@ from .arrays import (
     GENERALISED_ALPHA,
     IMPLICIT_EULER,
     MIDPOINT,
+    NEWMARK,
+    PHASE,
     POWER,
+    PUSH,
+    PUSHED,
     RUNGE_KUTTA,
     TIME,
     VERLET,
     WORK,
 )
 from .band import FIRST, WIDTH, factor, solve
-from .energy import assemble
+from .energy import assemble, resist
 from .frames import INLINED, OPTIONS, carry, edges
 
 
 @compiled(**INLINED)
-def sum_up(rod, m1, twist, s, second, nodes):
+def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
+    if rod.retardation > 0.0:
+        resist(
+            s.tangent,
+            s.inverse,
+            m1,
+            twist,
+            rod.stiffness,
+            rod.rest,
+            rod.stretch,
+            velocity,
+            rod.retardation,
+            s.strains,
+            s.viscous,
+        )
     assemble(
         s.tangent,
         s.inverse,
@@ -38,6 +68,9 @@ def sum_up(rod, m1, twist, s, second, nodes):
         rod.stiffness,
         rod.rest,
         rod.stretch,
+        rod.shape,
+        s.viscous,
+        1.0 + rod.retardation * pace,
         s.gradient,
         s.factors,
         s.energies,
@@ -47,11 +80,74 @@ def sum_up(rod, m1, twist, s, second, nodes):
 
 
 @compiled(**INLINED)
-def _place(rod, angle, x0, dq):
-    """Increments of the left clamp's two nodes to an angle."""
+def _add_loads(rod, ends, push, gradient, nodes):
+    """What weight and the force at midspan, down along z, add to the gradient of the first nodes."""
+    w = ends.weight
+    if w[0] != 0.0 or w[1] != 0.0 or w[2] != 0.0:
+        for i in range(nodes):
+            for c in range(3):
+                gradient[4 * i + c] -= rod.lumps[i] * w[c]
+    if push != 0.0:
+        count = rod.arclength.shape[0]
+        for half in ((count - 1) // 2, count // 2):
+            if half < nodes:
+                gradient[4 * half + 2] += 0.5 * push
+
+
+@compiled(**INLINED)
+def push_at(ends, control):
+    """The force at midspan at a control."""
+    return ends.fixed[FORCE] + ends.moved[FORCE] * control
+
+
+@compiled(**INLINED)
+def _moves_right(ends):
+    """Whether the right clamp moves."""
+    m = ends.moved
+    return (
+        m[RIGHT] != 0.0 or m[TWIST_RIGHT] != 0.0 or m[COMPRESSION] != 0.0 or m[SHEAR] != 0.0 or m[LIFT] != 0.0
+    )
+
+
+@compiled(**INLINED)
+def _place(rod, ends, control, motion, dq):
+    """Increments of the clamps' nodes and angles to a control, and the force there."""
+    f, m, x0 = ends.fixed, ends.moved, motion.x
+    if m[LEFT] != 0.0:
+        angle = f[LEFT] + m[LEFT] * control
+        for i in range(2):
+            for c, direction in enumerate((math.cos(angle), 0.0, -math.sin(angle))):
+                dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
+    turned = control - motion.clock[CONTROL]
+    dq[3] = m[TWIST_LEFT] * turned
+    if _moves_right(ends):
+        nodes = x0.shape[0]
+        angle = f[RIGHT] + m[RIGHT] * control
+        for i in range(nodes - 2, nodes):
+            for c, direction in enumerate((math.cos(angle), 0.0, math.sin(angle))):
+                k = COMPRESSION + c
+                shift = f[k] + m[k] * control
+                place = ends.chord[c] + (shift if c == 2 else -shift)
+                dq[4 * i + c] = place + (rod.arclength[i] - 1.0) * direction - x0[i, c]
+        dq[4 * nodes - 5] = m[TWIST_RIGHT] * turned
+    motion.clock[PUSH] = push_at(ends, control)
+
+
+@compiled(**INLINED)
+def drift(rod, ends, control, rate, v):
+    """Velocities of the clamps' nodes and angles where the control moves at a rate."""
+    f, m = ends.fixed, ends.moved
+    nodes = rod.arclength.shape[0]
+    left, right = f[LEFT] + m[LEFT] * control, f[RIGHT] + m[RIGHT] * control
     for i in range(2):
-        for c, direction in enumerate((math.cos(angle), 0.0, -math.sin(angle))):
-            dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
+        turn = rate * m[LEFT] * rod.arclength[i]
+        v[4 * i], v[4 * i + 1], v[4 * i + 2] = -math.sin(left) * turn, 0.0, -math.cos(left) * turn
+        j = nodes - 2 + i
+        turn = rate * m[RIGHT] * (rod.arclength[j] - 1.0)
+        v[4 * j] = -math.sin(right) * turn - rate * m[COMPRESSION]
+        v[4 * j + 1] = -rate * m[SHEAR]
+        v[4 * j + 2] = math.cos(right) * turn + rate * m[LIFT]
+    v[3], v[4 * nodes - 5] = rate * m[TWIST_LEFT], rate * m[TWIST_RIGHT]
 
 
 @compiled(**INLINED)
@@ -67,7 +163,7 @@ def _configure(motion, s, dq, share):
 
 
 @compiled(**INLINED)
-def _evaluate(rod, motion, s, dq, mean, second):
+def _evaluate(rod, ends, motion, s, dq, mean, pace, second):
     """Forces in s.gradient, and with `second` their derivative in dq in s.factors.
 
     At the end of the increments dq or, if `mean`, their mean along the straight path to there:
@@ -81,7 +177,7 @@ def _evaluate(rod, motion, s, dq, mean, second):
     for k in range(3 if mean else 1):
         point = 0.5 + 0.3872983346207417 * (k - 1) if mean else 1.0
         _configure(motion, s, dq, point)
-        sum_up(rod, s.m1, s.twist, s, second, nodes)
+        sum_up(rod, s.m1, s.twist, s, s.rate, pace, second, nodes)
         if mean:
             weight = (4.0 if k == 1 else 2.5) / 9.0
             for i in range(4 * nodes):
@@ -94,11 +190,14 @@ def _evaluate(rod, motion, s, dq, mean, second):
         copy(s.gradient1, s.gradient)
         if second:
             copy(s.hessian, s.factors)
+    _add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
 
 
 @compiled(**OPTIONS)
-def _newton(rod, motion, s, dq, c, b, policy):
+def _newton(rod, ends, motion, s, dq, c, b, pace, policy):
     """Solve M (c dq - b) + F = 0 for the free increments, from the guess in dq; F as in `_evaluate`.
+
+    Of ribbons that damp F is at the velocities s.known + pace dq, and at those in s.rate of the clamps.
 
     Returns the iterations, negative if they did not converge.  A factorisation is kept from one
     iteration to the next, and from one step to the next while c stays, as long as the updates
@@ -111,7 +210,10 @@ def _newton(rod, motion, s, dq, c, b, policy):
     fresh = motion.clock[FACTORED] != c
     made = 0
     for iteration in range(1, 31):
-        _evaluate(rod, motion, s, dq, mean, fresh)
+        if rod.retardation > 0.0:
+            for i in range(first, last):
+                s.rate[i] = s.known[i] + pace * dq[i]
+        _evaluate(rod, ends, motion, s, dq, mean, pace, fresh)
         if fresh:
             motion.clock[ASSEMBLIES] += 1
             motion.clock[FACTORED] = c
@@ -154,22 +256,17 @@ def largest_move(values, first, last):
     return size
 
 
-@compiled(**INLINED)
-def clamp_angle(ramp, time):
-    """Clamp angle at a time; exactly `stop` from the kink on."""
-    turned = abs(ramp.rate) * time
-    return math.copysign(min(turned, abs(ramp.stop)), ramp.rate)
-
-
 @compiled(**OPTIONS)
-def attempt(rod, motion, s, ramp, policy, h):
-    """One step of size h from `motion`: increments in s.dq, velocities in s.v.
+def attempt(rod, ends, motion, s, course, policy, h, target):
+    """One step of size h from `motion` to an instant: increments in s.dq, velocities in s.v.
 
     Returns (iterations, local error of the positions); negative iterations mean failure.
     """
     nodes = motion.x.shape[0]
     first, last = FIRST, 4 * nodes - 8
-    nu, time = ramp.damping, motion.clock[TIME]
+    nu, time, phase = course.damping, motion.clock[TIME], int(motion.clock[PHASE])
+    damped = rod.retardation > 0.0
+    control, rate, _ = control_at(ends, phase, target)
     v0, a0, aux = motion.v, motion.a, motion.aux
     method = policy.method
     error = 0.0
@@ -178,11 +275,12 @@ def attempt(rod, motion, s, ramp, policy, h):
         for i in range(first, last):
             s.v[i] = v0[i] + 0.5 * h * a0[i]
             s.dq[i] = h * s.v[i]
-        _place(rod, clamp_angle(ramp, time + h), motion.x, s.dq)
+        _place(rod, ends, control, motion, s.dq)
         if not largest_move(s.dq, first, last) < 0.5:
             return -1, error
         _configure(motion, s, s.dq, 1.0)
-        sum_up(rod, s.m1, s.twist, s, False, nodes)
+        sum_up(rod, s.m1, s.twist, s, s.rate, 0.0, False, nodes)
+        _add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
         for i in range(first, last):
             s.v[i] = (s.v[i] - 0.5 * h * s.gradient[i] / rod.inertia[i]) / (1.0 + 0.5 * h * nu)
         return 1, error
@@ -207,8 +305,16 @@ def attempt(rod, motion, s, ramp, policy, h):
                 s.stage_a[k, i] = moved
                 s.b[i] = c * moved - nu * known
                 s.dq[i] = moved + dh * dh * s.stage_a[k - 1, i]
-            _place(rod, clamp_angle(ramp, time + policy.instants[k] * h), motion.x, s.dq)
-            used = _newton(rod, motion, s, s.dq, c, s.b, policy)
+            if policy.instants[k] != 1.0:
+                control, rate, _ = control_at(ends, phase, time + policy.instants[k] * h)
+            else:
+                control, rate, _ = control_at(ends, phase, target)
+            _place(rod, ends, control, motion, s.dq)
+            if damped:
+                drift(rod, ends, control, rate, s.rate)
+                for i in range(first, last):
+                    s.known[i] = s.stage_v[k, i] - s.stage_a[k, i] / dh
+            used = _newton(rod, ends, motion, s, s.dq, c, s.b, 1.0 / dh, policy)
             if used < 0:
                 return used - count, error
             count += used
@@ -232,13 +338,15 @@ def attempt(rod, motion, s, ramp, policy, h):
         gamma = 0.5 - am + af
         beta = 0.25 * (1.0 - am + af) ** 2
     if method == IMPLICIT_EULER:
-        c = 1.0 / (h * h) + nu / h
+        c, pace = 1.0 / (h * h) + nu / h, 1.0 / h
         for i in range(first, last):
+            s.known[i] = 0.0
             s.b[i] = v0[i] / h
             s.dq[i] = h * (v0[i] + h * a0[i])
     elif method == MIDPOINT or method == DISCRETE_GRADIENT:
-        c = 2.0 / (h * h) + nu / h
+        c, pace = 2.0 / (h * h) + nu / h, 2.0 / h
         for i in range(first, last):
+            s.known[i] = 0.0
             s.b[i] = 2.0 * v0[i] / h
             # the mean velocity of the step before: end velocities ring along the ribbon
             s.dq[i] = h * aux[i]
@@ -249,22 +357,33 @@ def attempt(rod, motion, s, ramp, policy, h):
                 s.dq[i] *= 0.5
     else:
         ratio = (1.0 - am) / (1.0 - af)
-        c = ratio / (beta * h * h) + nu * gamma / (beta * h)
+        c, pace = ratio / (beta * h * h) + nu * gamma / (beta * h), gamma / (beta * h)
         for i in range(first, last):
             # a1 = dq / (beta h^2) - old, v1 = known + gamma h a1
             old = v0[i] / (beta * h) + (0.5 / beta - 1.0) * aux[i]
             known = v0[i] + h * (1.0 - gamma) * aux[i]
+            s.known[i] = known - gamma * h * old
             s.b[i] = ratio * old - nu * (known - gamma * h * old) - (am * aux[i] - af * a0[i]) / (1.0 - af)
             s.dq[i] = h * (v0[i] + 0.5 * h * a0[i])
-    inner = 0.5 * h if method == MIDPOINT else h
-    _place(rod, clamp_angle(ramp, time + inner), motion.x, s.dq)
-    count = _newton(rod, motion, s, s.dq, c, s.b, policy)
+    if method == MIDPOINT:
+        middle, rate, _ = control_at(ends, phase, time + 0.5 * h)
+        _place(rod, ends, middle, motion, s.dq)
+        if damped:
+            drift(rod, ends, middle, rate, s.rate)
+    else:
+        _place(rod, ends, control, motion, s.dq)
+        if damped:
+            drift(rod, ends, control, rate, s.rate)
+    if method == DISCRETE_GRADIENT:
+        # the mean force, whose work is that of a step
+        motion.clock[PUSH] = 0.5 * (motion.clock[PUSHED] + motion.clock[PUSH])
+    count = _newton(rod, ends, motion, s, s.dq, c, s.b, pace, policy)
     if count < 0:
         return count, error
     if method == MIDPOINT:
         for i in range(first, last):
             s.dq[i] *= 2.0
-        _place(rod, clamp_angle(ramp, time + h), motion.x, s.dq)
+        _place(rod, ends, control, motion, s.dq)
     # constants of the local error h^3 q''' (implicit Euler: h^2 q'') of each method
     if method == IMPLICIT_EULER:
         for i in range(first, last):
@@ -285,22 +404,81 @@ def attempt(rod, motion, s, ramp, policy, h):
 
 
 @compiled(**INLINED)
-def clamp_moment(rod, gradient, angle):
-    """Moment (of the clamp on the ribbon, along growing angle) from the reaction of the left nodes."""
+def reaction(rod, ends, control, gradient):
+    """What the clamps' reactions do while the control moves by 1: the derivative of the energy in it."""
+    f, m = ends.fixed, ends.moved
+    nodes = rod.arclength.shape[0]
     total = 0.0
-    for i in range(2):
-        total += rod.arclength[i] * (
-            -math.sin(angle) * gradient[4 * i] - math.cos(angle) * gradient[4 * i + 2]
-        )
+    if m[LEFT] != 0.0:
+        angle, moment = f[LEFT] + m[LEFT] * control, 0.0
+        for i in range(2):
+            moment += rod.arclength[i] * (
+                -math.sin(angle) * gradient[4 * i] - math.cos(angle) * gradient[4 * i + 2]
+            )
+        total += m[LEFT] * moment
+    if m[TWIST_LEFT] != 0.0:
+        total += m[TWIST_LEFT] * gradient[3]
+    if _moves_right(ends):
+        angle = f[RIGHT] + m[RIGHT] * control
+        for i in range(nodes - 2, nodes):
+            g = 4 * i
+            turn = (rod.arclength[i] - 1.0) * m[RIGHT]
+            total += turn * (math.cos(angle) * gradient[g + 2] - math.sin(angle) * gradient[g])
+            total += m[LIFT] * gradient[g + 2] - m[COMPRESSION] * gradient[g] - m[SHEAR] * gradient[g + 1]
+        total += m[TWIST_RIGHT] * gradient[4 * nodes - 5]
     return total
 
 
 @compiled(**OPTIONS)
-def accept(rod, motion, s, ramp, policy, h):
+def begin_phase(rod, ends, motion, s, course, policy):
+    """Make the accelerations those after a kink.
+
+    They jump with the force at midspan and, of ribbons that damp, with the clamps' velocities.
+    """
+    nodes = motion.x.shape[0]
+    clock = motion.clock
+    control, rate, _ = control_at(ends, int(clock[PHASE]), clock[TIME])
+    push = push_at(ends, control)
+    damped = rod.retardation > 0.0
+    clock[CONTROL] = control
+    if damped or push != clock[PUSHED]:
+        clock[PUSHED] = push
+        drift(rod, ends, control, rate, motion.v)
+        edges(motion.x, s.tangent, s.inverse)
+        sum_up(rod, motion.m1, motion.twist, s, motion.v, 0.0, False, nodes)
+        _add_loads(rod, ends, push, s.gradient, nodes)
+        for i in range(FIRST, 4 * nodes - 8):
+            change = -course.damping * motion.v[i] - s.gradient[i] / rod.inertia[i] - motion.a[i]
+            motion.a[i] += change
+            if policy.method == NEWMARK or policy.method == GENERALISED_ALPHA:
+                motion.aux[i] += change
+        if damped:
+            copy(s.strains, motion.strains)
+            # moments of a clamp whose speed jumps: the end of the step says more of it than its beginning
+            clock[POWER] = math.nan
+
+
+@compiled(**INLINED)
+def _viscous_loss(rod, before, after):
+    """The energy that the change of the strains costs within a unit of time."""
+    bend_1, bend_2, turn = (
+        rod.stiffness[0] / rod.rest,
+        rod.stiffness[1] / rod.rest,
+        rod.stiffness[2] / rod.rest,
+    )
+    total = 0.0
+    for i in range(1, before.shape[0] - 1):
+        total += bend_1 * (after[i, 0] - before[i, 0]) ** 2 + bend_2 * (after[i, 1] - before[i, 1]) ** 2
+        total += turn * (after[i, 2] - before[i, 2]) ** 2 + rod.stretch[i] * (after[i, 3] - before[i, 3]) ** 2
+    return rod.retardation * total
+
+
+@compiled(**OPTIONS)
+def accept(rod, ends, motion, s, course, policy, h, target):
     """Take over the step in s.dq, s.v: frames, accelerations, energies passed on."""
     nodes = motion.x.shape[0]
     first, last = FIRST, 4 * nodes - 8
-    clock, nu, method = motion.clock, ramp.damping, policy.method
+    clock, nu, method = motion.clock, course.damping, policy.method
     v0, a0, aux = motion.v, motion.a, motion.aux
     lost = 0.0
     for i in range(first, last):
@@ -309,14 +487,31 @@ def accept(rod, motion, s, ramp, policy, h):
         lost += rod.inertia[i] * (v0[i] * v0[i] + 4.0 * inner * inner + s.v[i] * s.v[i])
     clock[DISSIPATED] += nu * h * lost / 6.0
     _configure(motion, s, s.dq, 1.0)
-    before, after = clamp_angle(ramp, clock[TIME]), clamp_angle(ramp, clock[TIME] + h)
-    whole = method == VERLET
-    sum_up(rod, s.m1, s.twist, s, False, nodes if whole else 4)
-    power = clamp_moment(rod, s.gradient, after)
+    before = clock[CONTROL]
+    after, rate, _ = control_at(ends, int(clock[PHASE]), target)
+    push = push_at(ends, after)
+    whole, damped = method == VERLET, rod.retardation > 0.0
+    all_of = whole or damped or _moves_right(ends)
+    if damped:
+        drift(rod, ends, after, rate, s.v)
+    sum_up(rod, s.m1, s.twist, s, s.v, 0.0, False, nodes if all_of else 4)
+    _add_loads(rod, ends, push, s.gradient, nodes if all_of else 4)
+    power = reaction(rod, ends, after, s.gradient)
+    if math.isnan(clock[POWER]):
+        clock[POWER] = power
     work = 0.5 * (clock[POWER] + power) * (after - before)
+    if push != 0.0 or clock[PUSHED] != 0.0:
+        for half in ((nodes - 1) // 2, nodes // 2):
+            work -= 0.25 * (clock[PUSHED] + push) * s.dq[4 * half + 2]
     clock[WORK] += work
     clock[EFFORT] += abs(work)
     clock[POWER] = power
+    clock[CONTROL], clock[PUSHED] = after, push
+    if damped:
+        clock[DISSIPATED] += _viscous_loss(rod, motion.strains, s.strains) / h
+        copy(s.strains, motion.strains)
+        for i in range(first):
+            v0[i], v0[last + i] = s.v[i], s.v[last + i]
     am, af = 0.0, 0.0
     if method == GENERALISED_ALPHA:
         am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)

@@ -116,10 +116,11 @@ class Ends:
 _LARGEST = np.array([0.05, 0.05, 0.05, 0.05, 0.015, 0.015, 0.015, 2.0])
 
 
-def moving(scene: Scene, largest: float = 1.0, began: float = 0.0) -> kernels.Ends:
-    """The controls of a scene in time, for compiled loops; `largest` multiplies what a step may change.
+def moving(scene: Scene, largest: float = 1.0, began: float = 0.0, part: float = 0.1) -> kernels.Ends:
+    """The controls of a scene in time, for compiled loops.
 
-    Time is counted from `began` (t*) on.
+    `largest` multiplies what a step may change; `part` is the most of the time between two kinks.  Time is
+    counted from `began` (t*) on.
     """
     ends = Ends.of(scene)
     times, pieces, kinks = scene.motion
@@ -134,7 +135,7 @@ def moving(scene: Scene, largest: float = 1.0, began: float = 0.0) -> kernels.En
             for k in range(len(kinks) - 1)
         ]
     )
-    longest = np.minimum(longest, np.where(np.isfinite(longest), 0.1 * np.diff(kinks), np.inf))
+    longest = np.minimum(longest, np.where(np.isfinite(longest), part * np.diff(kinks), np.inf))
     return kernels.Ends(
         fixed=ends.fixed,
         moved=ends.moved,
