@@ -36,8 +36,8 @@ from ribbonfem.tableaus import TABLEAUS, Tableau
 
 from . import kernels
 from .problem import Statics, default_steps
-from .rod import Rod, RodState
 from .rest import state_of
+from .rod import Rod, RodState
 from .states import start_state
 
 METHODS = MappingProxyType(
