@@ -1,4 +1,4 @@
-"""Rods in motion under every control, load and material: orders, balances, symmetries, what is gone on from."""
+"""Rods in motion under every control, load and material: orders, balances, symmetries, initial states."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 
 import der
 from der import kernels
-from der.motion import ORDERS, Loop, policy_of
+from der.loop import Loop
+from der.motion import ORDERS, policy_of
 from der.problem import Statics
 from der.rod import Rod
 from der.states import start_state
