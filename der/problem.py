@@ -111,7 +111,7 @@ class Statics:
         return tangent, inverse
 
     def assemble(self, state: RodState, second: bool = True) -> tuple[Array, Array, Array]:
-        """Elastic energies (3,), gradient (4 N,) with loads and Hessian band (4 N + 10, 11) of all unknowns."""
+        """Elastic energies (3,); gradient (4 N,), with loads, and Hessian band (4 N + 10, 11)."""
         energies, gradient, hessian = self._elastic(state, self.shape(state.at), second)
         forces = gradient.reshape(-1, 4)[:, :3]
         weight, force = self.weigh(state.at), self.ends.force(state.at)[0]
