@@ -20,9 +20,6 @@ STIFF = Scene(
 SCENES = {"planar": PLANAR, "sheared": SHEARED, "stiff": STIFF}
 
 
-# ruff: noqa: D103
-
-
 def digest(*arrays):
     found = hashlib.sha256()
     for array in arrays:

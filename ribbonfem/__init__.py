@@ -8,20 +8,23 @@ from __future__ import annotations
 
 from .names import public
 from .options import OptionError
-from .results import Branch, Fold, History, SolverError
-from .scene import Ribbon, Scene, SceneError, SceneWarning
+from .results import Branch, Fold, History, Instability, SolverError
+from .scene import Drive, Ribbon, Scene, SceneError, SceneWarning, Schedule
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Branch",
+    "Drive",
     "Fold",
     "History",
+    "Instability",
     "OptionError",
     "Ribbon",
     "Scene",
     "SceneError",
     "SceneWarning",
+    "Schedule",
     "SolverError",
     "delay",
     "elastica",

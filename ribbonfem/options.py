@@ -237,6 +237,7 @@ def require_duration(scene: Scene, step: float | None, largest_turn: float, row:
     for (name, what), duration in ((first, ramp), (("hold", "held"), scene.hold)):
         if not duration <= most:
             raise SceneError(
-                f"Scene.{name} = {shown(getattr(scene, name))}: the clamp would be {what} for {duration:.3g} s; "
-                f"at most {most:.3g} s (1e12 t*) are allowed, beyond which the steps of a snap are rounding"
+                f"Scene.{name} = {shown(getattr(scene, name))}: the clamp would be {what} for "
+                f"{duration:.3g} s; at most {most:.3g} s (1e12 t*) are allowed, beyond which the "
+                "steps of a snap are rounding"
             )

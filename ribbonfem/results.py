@@ -7,7 +7,8 @@ s, energies in EI2/L, forces in EI2/L^2.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -248,9 +249,7 @@ class History(Controlled):
         "work" (of all controls), each (rows,), in EI2/L; kinetic + elastic + potential + dissipated - work is
         constant in an exact solution.
     configurations: "positions" (rows, nodes, 3) in L, and what else the model has.
-    stats: steps, newton_iterations, rejected, seconds (of the solve alone); of planar runs of `elastica`
-        and `der` "leaves_plane", the angle (rad) at which the state at rest loses its stability out
-        of the plane: beyond it the motion is not the ribbon's.  NaN where it does not before `stop`.
+    stats: steps, newton_iterations, rejected, seconds (of the solve alone);
         "numerical_dissipation", EI2/L, the energy that the method itself took, with the quadrature of the
         work and of the damping: what kinetic + elastic + dissipated - work has lost at the end (what it
         gave has the other sign), and "numerical_dissipation_share", that part of the largest kinetic
@@ -300,10 +299,9 @@ class History(Controlled):
     def __repr__(self) -> str:
         if not len(self):
             return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
-        snap = self.crossing()
+        snap, leaves = self.crossing(), self.unstable_from
         turning = self.scene is None or self.scene.turning
         name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
-        leaves = self.stats.get("leaves_plane", np.nan)
         share = self.stats.get("numerical_dissipation_share", 0.0)
         lost = self.stats.get("numerical_dissipation", 0.0)
         return (
@@ -311,7 +309,7 @@ class History(Controlled):
             f"{self.control[0]:.4g} .. {self.control[-1]:.6g} {unit}, z(1/2) {self.height[0]:.4g} .. "
             f"{self.height[-1]:.4g} L;\n"
             + ("  no snap" if snap is None else f"  snap at {snap[1]:.6g} {unit}, {snap[0]:.6g} s")
-            + (f"; leaves its plane at {leaves:.6g} rad" if leaves == leaves else "")
+            + (f"; its state at rest is lost at {leaves:.6g} {unit}" if leaves == leaves else "")
             + (
                 f";\n  the method itself {'took' if lost > 0.0 else 'gave'} {abs(lost):.3g} EI2/L, "
                 f"{abs(share):.0%} of the largest kinetic energy"
@@ -340,6 +338,22 @@ class History(Controlled):
             for k in some_rows(len(self))
         ]
         return html_table(_caption(self), columns, rows)
+
+    @property
+    def unstable_from(self) -> float:
+        """The control at which the state at rest is lost at a pitchfork or branch point, NaN if it is not.
+
+        The first of the model's `instabilities` that is no fold, found when this is read.  Without an
+        imperfection, which a preset is, the motion stays on the lost state beyond it.
+        """
+        lost = _lost(self)
+        return lost.control if lost is not None else np.nan
+
+    @property
+    def leaves_plane(self) -> float:
+        """`unstable_from`, where the state leaves its plane there; NaN elsewhere."""
+        lost = _lost(self)
+        return lost.control if lost is not None and lost.out_of_plane else np.nan
 
     @property
     def track(self) -> tuple[Array, Array, Array, Array, Array]:
@@ -413,6 +427,32 @@ class History(Controlled):
         rows = np.clip(np.searchsorted(times, at - 1e-9 * (1.0 + at)), 0, len(times) - 1)
         near = np.abs(times[rows] - at) <= 1e-9 * (1.0 + at)
         return tuple(int(row) for row in rows[near])
+
+
+# where the functions of each model are
+_MODELS = {"kirchhoff": "ribbonfem.kirchhoff", "elastica": "ribbonfem.elastica", "der": "der"}
+
+
+def _lost(history: History) -> Instability | None:
+    """The instability at which a motion's state at rest is lost, if that is no fold."""
+    scene, mesh = history.scene, {name: v for name, v in history.policy.items() if name in MESH}
+    if history.model not in _MODELS or scene is None:
+        return None
+    far = scene.furthest
+    still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
+    found = _instability(history.model, still, tuple(mesh.items()))
+    beyond = far is not None and found is not None and (found.control - far) * scene.direction > 0.0
+    return None if beyond else found
+
+
+@lru_cache(maxsize=1024)
+def _instability(model: str, scene: Scene, mesh: tuple[tuple[str, Any], ...]) -> Instability | None:
+    try:
+        found = called_later(f"{_MODELS[model]}:instabilities", scene, **dict(mesh))
+    except (SolverError, ValueError, AttributeError):
+        # of a state that cannot be followed nothing is said
+        return None
+    return next((point for point in found if point.kind != "fold"), None)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

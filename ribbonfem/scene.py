@@ -196,7 +196,7 @@ class Scene:
     def _require_gravity(self, gravity: object) -> None:
         if gravity is not None:
             try:
-                x, y, z = gravity  # type: ignore[misc]
+                x, y, z = (g for g in gravity)  # type: ignore[attr-defined]
             except (TypeError, ValueError):
                 raise SceneError(
                     f"Scene.gravity = {shown(gravity)}: (gx, gy, gz) in m/s2 are needed, or None"
@@ -275,9 +275,9 @@ class Scene:
 
     def __repr__(self) -> str:
         values = [(item.name, getattr(self, item.name), item.default) for item in fields(self)]
-        quiet = ("drive", "schedule", "preset", "gravity")
+        quiet = {"drive", "schedule", "preset", "gravity"}
         if self.schedule is not None:
-            quiet += ("rate", "stop", "hold")
+            quiet |= {"rate", "stop", "hold"}
         told = [
             f"{name}={dict(value) if name == 'preset' else value!r}"
             for name, value, usual in values
@@ -306,7 +306,8 @@ class Scene:
             told += f", gravity ({', '.join(f'{g:g}' for g in self.gravity)}) m/s2"
         if self.ribbon.shaped:
             told += ", naturally bent"
-        return f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}: {moves}, nu {self.damping:g} /s{told}"
+        where = f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}"
+        return f"{where}: {moves}, nu {self.damping:g} /s{told}"
 
     @property
     def turned(self) -> str:
@@ -420,7 +421,7 @@ class Scene:
         if self.gravity is not None:
             image["gravity"] = (*self.gravity[:2], -self.gravity[2])
         if self.ribbon.shaped:
-            opposite = {
+            opposite: dict[str, Any] = {
                 name: tuple(-x for x in value) if isinstance(value, tuple) else -value
                 for name, value in (("curvature", self.ribbon.curvature), ("twist", self.ribbon.twist))
             }

@@ -73,8 +73,8 @@ class Schedule:
             raise SceneError(f"Schedule.kind = {shown(self.kind)}: must be 'smooth' or 'linear'")
         if len(self.time) < 2 or len(self.value) != len(self.time):
             raise SceneError(
-                f"Schedule.value: {len(self.value)} values for {len(self.time)} instants; as many are needed, two "
-                "at least"
+                f"Schedule.value: {len(self.value)} values at {len(self.time)} instants; as many are needed, "
+                "and two at least"
             )
         if self.time[0] != 0.0:
             raise SceneError(f"Schedule.time[0] = {self.time[0]!r}: must be 0, where the start is at rest")
@@ -169,7 +169,7 @@ class Schedule:
         """Coefficients (n - 1, 6) of each interval, in powers of the time since its first instant."""
         x, y = np.array(self.time), np.array(self.value)
         length, rise = np.diff(x), np.diff(y)
-        if self.kind == "linear" or len(x) == 2 and self.slope is None:
+        if self.kind == "linear" or (len(x) == 2 and self.slope is None):
             result = np.zeros((len(length), 6))
             result[:, 0] = y[:-1]
             np.divide(rise, length, out=result[:, 1], where=length > 0.0)

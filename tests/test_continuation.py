@@ -1,6 +1,6 @@
 """Curves of equilibria: folds, branch points, closing, the edge of the span, step control."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
-from ribbonfem.kirchhoff.problem import Clamps, Statics
+from ribbonfem.ends import Ends
+from ribbonfem.kirchhoff.problem import Statics
 from ribbonfem.kirchhoff.states import named
 
 
@@ -227,11 +228,13 @@ def test_the_isola_is_a_closed_curve_of_its_own():
         if passed == 3 and not segment.events and ends[0] * ends[1] < 0.0:
             point = at_parameter(problem, segment, angle)
             break
-    wider = Statics(scene.ribbon, Clamps(angle, 0.35, 0.40), "compression", elements=12)
+    varying = Ends.varying("dL", 0.35, 0.40)
+    held = replace(varying, fixed=np.array([angle, *(0.0,) * 7]))
+    wider = Statics(scene.ribbon, held, elements=12)
     *_, last = trace(wider, first_point(wider, point.state, 0.35, 1.0), (0.3, 0.40))
     assert isinstance(last, Segment)
     assert last.end.parameter == 0.40
-    there = Statics(scene.ribbon, Clamps(0.0, 0.40, 0.40), elements=12)
+    there = Statics(scene.ribbon, Ends.varying("left", 0.40, 0.40), elements=12)
     segments, events = events_of(there, last.end.state, angle, (-3, 3))
     assert segments[-1].last == "closed"
     assert [event.kind for event in events] == ["fold", "fold"]
@@ -243,7 +246,7 @@ def test_the_isola_is_a_closed_curve_of_its_own():
 
 def test_states_that_fork_from_u_close_on_themselves_in_the_shear():
     """U+S+, S+, U-S-, U-, U-S+, S-, U+S-, U+: four tips and no fold."""
-    problem = Statics(Scene().ribbon, Clamps(0.0, 0.40, 0.0), "shear", elements=12)
+    problem = Statics(Scene().ribbon, Ends.varying("dW", 0.40, 0.0), elements=12)
     start = first_point(problem, problem.buckled(0.40), 0.0, 1.0)
     events = [event for segment in trace(problem, start, (-0.1, 0.40)) for event in segment.events]
     assert [event.kind for event in events] == ["branch point"]

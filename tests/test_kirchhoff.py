@@ -10,16 +10,18 @@ from scipy.optimize import root
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.continuation import Steps, first_point, trace
+from ribbonfem.drive import CONTROLS
+from ribbonfem.ends import Ends
 from ribbonfem.kirchhoff.kernels import statics as kernels
-from ribbonfem.kirchhoff.problem import Clamps, Frames, Statics
+from ribbonfem.kirchhoff.problem import Frames, Statics
 from ribbonfem.kirchhoff.states import named
 from ribbonfem.options import OptionError
 
 PATH2 = Scene(compression=0.40, shear=0.40, start="U+S+")
 
 
-def lagrangian(problem, g, force, chord):
-    """The Lagrangian, written for complex arguments and without the kernel."""
+def lagrangian(problem, g, force, chord, loads):
+    """The Lagrangian, written for complex arguments and without the kernel; loads (E, p, 3)."""
     tables, total = problem.tables, force @ chord
     for e in range(tables.elements):
         nodes = g[e * tables.degree : (e + 1) * tables.degree + 1]
@@ -27,36 +29,48 @@ def lagrangian(problem, g, force, chord):
         w, v, dw, dv = q[:, 0], q[:, 1:], p[:, 0], p[:, 1:]
         square = np.sum(q * q, axis=1)
         kappa = 2 * (w[:, None] * dv - dw[:, None] * v - np.cross(v, dv)) / square[:, None]
+        # natural curvature about the width bends towards the normal: -kappa2 is the strain
+        curvature, twist = problem.ribbon.natural(tables.points[e])
+        kappa = kappa - np.stack((twist, -curvature, 0 * twist), axis=1)
         x, y, z = v.T
         tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
-        pull = (tangent @ force) / square
+        pull = np.sum(tangent * (force + loads[e]), axis=1) / square
         density = 0.5 * kappa**2 @ problem.stiffness - pull - 0.5 * problem.compliance * pull**2
         total = total + tables.weights[e] @ density
     return total
 
 
-def random_rod(extensible, vary="angle"):
-    """A rod far from equilibrium, and its Lagrangian as a function of increments and parameter."""
+def turned(angle, twist):
+    """Quaternion of Ry(angle) Rx(twist), one after the other."""
+    y, x = np.array([np.cos(angle / 2), np.sin(angle / 2)]), np.array([np.cos(twist / 2), np.sin(twist / 2)])
+    return np.array([y[0] * x[0], y[0] * x[1], y[1] * x[0], -y[1] * x[1]])
+
+
+def random_rod(extensible, vary="left"):
+    """A loaded rod of a natural shape, far from equilibrium, and its Lagrangian by increments and parameter."""
     rng = np.random.default_rng(3)
-    value = {"angle": 0.3, "compression": 0.4, "shear": 0.3}[vary]
-    problem = Statics(
-        Ribbon(thickness=0.1), Clamps(0.3, 0.4, 0.3), vary, elements=4, extensible=extensible, degree=3
-    )
+    value, fixed = 0.3, 0.3 * rng.normal(size=8)
+    moved = np.array([name == vary for name in CONTROLS], dtype=float)
+    fixed[moved > 0] = 0.0
+    chord, weight = np.array([0.6, -0.3, 0.0]), np.array([1.0, -2.0, -5.0])
+    ribbon = Ribbon(thickness=0.1, curvature=(1.0, -2.0, 0.5), twist=0.7)
+    problem = Statics(ribbon, Ends(fixed, moved, chord, weight), elements=4, extensible=extensible, degree=3)
     g = np.array([1.0, 0, 0, 0]) + 0.3 * rng.normal(size=(len(problem.tables.nodes), 4))
     g /= np.linalg.norm(g, axis=1)[:, None]
-    g[0], g[-1] = problem.at(value).first(), [1, 0, 0, 0]
-    state = Frames(g, 20 * rng.normal(size=3))
+    g[0], g[-1] = problem.ends.left(value)[0], problem.ends.right(value)[0]
+    state = Frames(g, 20 * rng.normal(size=3), value)
     basis = problem.assembled(state, value)[2]
+    points = problem.tables.points[:, :, None]
 
     def energy(x, parameter):
-        moved = g.astype(complex)
-        moved[1:-1] += np.einsum("nrs,ns->nr", basis[1:-1], x[:-3].reshape(-1, 3))
-        moved /= np.sqrt(np.sum(moved * moved, axis=1))[:, None]
-        clamps = replace(problem.clamps, **{vary: parameter})
-        half = 0.5 * clamps.angle
-        moved[0] = np.cos(half), 0, np.sin(half), 0
-        chord = np.array([1 - clamps.compression, -clamps.shear, 0])
-        return lagrangian(problem, moved, state.force + x[-3:], chord)
+        left, right, twist_left, twist_right, compression, shear, lift, force = fixed + moved * parameter
+        held = g.astype(complex)
+        held[1:-1] += np.einsum("nrs,ns->nr", basis[1:-1], x[:-3].reshape(-1, 3))
+        held /= np.sqrt(np.sum(held * held, axis=1))[:, None]
+        held[0], held[-1] = turned(left, twist_left), turned(-right, twist_right)
+        reach = chord + [-compression, -shear, lift]
+        loads = (1.0 - points) * weight + (points < 0.5) * np.array([0.0, 0.0, -force])
+        return lagrangian(problem, held, state.force + x[-3:], reach, loads)
 
     return problem, state, value, energy
 
@@ -109,7 +123,7 @@ def test_gradient_and_hessian_are_derivatives_of_the_lagrangian(extensible):
         assert np.abs(matrix[i] - column).max() < 1e-10 * np.abs(matrix).max(), i
 
 
-@pytest.mark.parametrize("vary", ["angle", "compression", "shear"])
+@pytest.mark.parametrize("vary", CONTROLS)
 def test_parameter_derivative_of_the_residual(vary):
     problem, state, value, energy = random_rod(True, vary)
     zero = np.zeros(3 * (len(state.g) - 2) + 3)
@@ -142,7 +156,7 @@ def test_residual_and_tangent_do_not_depend_on_the_sign_or_path_of_the_frames():
     increment = 1e-2 * rng.normal(size=4 * (len(state.g) - 2) + 3)
     there = problem.advance(state, increment, value)
     assert np.allclose(np.linalg.norm(there.g, axis=1), 1.0, atol=1e-15)
-    one, two = problem.linearise(there, value), problem.linearise(Frames(-there.g, there.force), value)
+    one, two = problem.linearise(there, value), problem.linearise(Frames(-there.g, there.force, value), value)
     assert np.allclose(one.residual[:-3], -two.residual[:-3], atol=1e-10)
     assert one.index == two.index
     assert np.allclose(one.residual[-3:], two.residual[-3:], atol=1e-12)
@@ -290,8 +304,8 @@ def test_directors_are_the_clamps_of_the_paper_and_follow_the_curve():
         np.broadcast_to(np.eye(3), state.directors.shape), abs=1e-13
     )
     assert np.linalg.det(state.directors) == pytest.approx(1.0, abs=1e-13)
-    turned = named(PATH2, elements=8, extensible=False)[0].at(0.3)
-    w, _, y, _ = turned.first()
+    turned = named(PATH2, elements=8, extensible=False)[0].ends
+    w, _, y, _ = turned.left(0.3)[0]
     assert [w * w - y * y, -2 * w * y] == pytest.approx([np.cos(0.3), -np.sin(0.3)], abs=1e-15)
 
 

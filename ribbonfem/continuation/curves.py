@@ -238,7 +238,7 @@ def _ramp_events(
 
 
 def _along(problem: Problem[State], event: Event[State], further: float) -> tuple[State, float] | None:
-    """A state, and its parameter, on the curve through a branch point that breaks no symmetry; None without."""
+    """A state, and its parameter, on the curve through a branch point that breaks no symmetry; or None."""
     point = event.point
     along = -point.linearisation.solve(point.linearisation.slope)
     # (the tangent is singular along the null vector alone)
@@ -270,8 +270,8 @@ def ramp_folds(
     if found and not folds and _folds_beyond(problem, found[0], scene, steps or steps_for(scene)):
         where = told(scene, found[0].point.parameter, ".9g")
         raise SolverError(
-            f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses there, "
-            "see `instabilities`; folds beyond are in `equilibria`"
+            f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses "
+            "there, see `instabilities`; folds beyond are in `equilibria`"
         )
     return folds
 
@@ -306,7 +306,7 @@ def instability_of(
     """
     point = event.point
     height, _, load = problem.observe(point.state, point.parameter)
-    known = {"control": float(point.parameter), "height": float(height), "load": float(load)}
+    known: dict[str, Any] = {"control": float(point.parameter), "height": float(height), "load": float(load)}
     if event.kind == "fold":
         return Instability(kind="fold", subcritical=False, out_of_plane=False, **known, scene=scene, **of)
     across: Callable[[Array], bool] | None = getattr(problem, "crosses_plane", None)

@@ -22,8 +22,8 @@ class Ends(NamedTuple):
     """A scene's controls in time, see `ribbonfem.ends.Ends`; times in t*.
 
     times (m + 1,), pieces (m + 1, 6), polynomials of the control from each of these instants on; kinks
-    (k + 1,) from 0 to the end, first (k + 1,) the piece that begins there, reached (k + 1,) the control there;
-    longest (k,) the longest step between two kinks.
+    (k + 1,) from 0 to the end, first (k + 1,) the piece that begins there, reached (k + 1,) the control
+    there; longest (k,) the longest step between two kinks.
     """
 
     fixed: ndarray

@@ -10,8 +10,8 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 
 from . import states
-from .kernels import arrays
 from .initials import at_rest
+from .kernels import arrays
 from .motion import TOLERANCE, UNTIL, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh
 

@@ -179,7 +179,8 @@ def equilibria(
     """The connected curve of equilibria through the start state, for controls in `span`.
 
     Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
-    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve ends with the first state of more than `unstable` unstable directions.
+    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve ends with the first
+    state of more than `unstable` unstable directions.
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     span = span or span_of(scene)

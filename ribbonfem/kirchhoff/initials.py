@@ -9,12 +9,12 @@ import numpy as np
 from ribbonfem.continuation import equilibrium
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, History, RestState
-from ribbonfem.scene import Scene, SceneError, shown
-from ribbonfem.stepping.kernels import KINK, arrays as clocks
+from ribbonfem.scene import Scene, SceneError
+from ribbonfem.stepping.kernels import KINK
+from ribbonfem.stepping.kernels import arrays as clocks
 
 from .kernels import arrays
 from .kernels.batch import in_fours
-from .kernels.rod import P
 from .problem import Frames, Statics
 
 # what of the time loop's state a history keeps
@@ -108,13 +108,13 @@ def _require_fit(problem: Statics, scene: Scene, frames: Array, reach: Array) ->
     if not off <= _FITS:
         where = ", ".join(f"{name} {value:.6g}" for name, value in scene.controls(begin).items() if value)
         raise SceneError(
-            f"Scene: the clamps begin at dL/L {scene.compression:g}, dW/L {scene.shear:g}, {where or 'unturned'}; "
-            f"those of initial = {shown(reach)} are off by {off:.3g}"
+            f"Scene: the clamps begin at dL/L {scene.compression:g}, dW/L {scene.shear:g}, "
+            f"{where or 'unturned'}; those of initial are off by {off:.3g}"
         )
 
 
 def quaternions(directors: Array, first: Array) -> Array:
-    """Unit quaternions (nodes, 4) of frames with rows m1, m2, m3, each near to the one before; see `directors`."""
+    """Unit quaternions (nodes, 4) of frames with rows m1, m2, m3, each near to the one before."""
     m1, m2, t = (np.asarray(directors)[:, k] for k in range(3))
     # columns of the rotation: G e_x = m3, G e_y = -m2, G e_z = m1
     r = np.stack((t, -m2, m1), axis=-1)

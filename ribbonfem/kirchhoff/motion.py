@@ -46,7 +46,6 @@ from ribbonfem.stepping.kernels import (
     HEIGHT,
     KEPT,
     KINETIC,
-    KINK,
     LOAD,
     MEAN,
     NEWTON,

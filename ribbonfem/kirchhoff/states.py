@@ -358,9 +358,9 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
         return Frames(state.g, state.force, scene.begin)
     scene.require_isolated()
     if scene.start in _FAMILIES["US"]:
-        start = _from_coarse(scene, elements, extensible)
-        if start is not None:
-            return start
+        near = _from_coarse(scene, elements, extensible)
+        if near is not None:
+            return near
     sheared = in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
     found = families(sheared, shear)

@@ -104,6 +104,8 @@ def ramp_of(
         fixed=0.0 if control.step is None else control.step / unit,
         tolerance=control.tolerance or 0.0,
         newton=newton,
+        # (strain rates of a ribbon that retards are singular behind a jump of its clamp)
+        first=1e-3 if scene.ribbon.retardation == 0.0 else 1e-7,
         smallest=SMALLEST_STEP,
         snap=control.until == "snap",
         departed=control.departed,

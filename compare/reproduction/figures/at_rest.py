@@ -162,7 +162,7 @@ class Turned:
 
 def turned_right(start: str) -> Turned:
     """Turn the right clamp instead, by rods, slowly."""
-    scene = replace(PATH, turned="right", start=start)
+    scene = replace(PATH, drive="right", start=start)
     history = der.simulate(replace(scene, **GENTLE), nodes=NODES[0])
     # names at rest: from rows whose kinetic energy is small
     quiet = history.energies["kinetic"] < 1e-2

@@ -30,8 +30,8 @@ MEMORY, GUESS = 16, 3
 class Motion(NamedTuple):
     """State at the last accepted instant.
 
-    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (G, P, 3, WIDTH); tangent and its rate (nodes, 3); strain and
-    its rate (G, P, 4, WIDTH), of a rod that retards (`law`).
+    x, v, a, auxiliary (nodes, 4); g (nodes, 4); n (G, P, 3, WIDTH); tangent and its rate (nodes, 3); strain
+    and its rate (G, P, 4, WIDTH), of a rod that retards (`law`).
     """
 
     x: Array

@@ -79,7 +79,7 @@ def _impulse_residual(
         e, real = min(place, last), place <= last
         group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
-            q, p = interpolated(rod.value, rod.slope, e, k, g, P)
+            q, _ = interpolated(rod.value, rod.slope, e, k, g, P)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
             inverse, tangent = tangent_of(q)
             pull = dot(force, tangent)

@@ -1,7 +1,7 @@
 """The material of a Kirchhoff rod in motion: what strains count from, and their rates (`ribbonfem.material`).
 
-Strains of a group's Gauss point are (tau, -kappa2, kappa1) and the stretch, in arrays (G, P, 4, WIDTH).  A rod
-that does not retard needs none of them kept: its arrays hold no groups.
+Strains of a group's Gauss point are (tau, -kappa2, kappa1) and the stretch, in arrays (G, P, 4, WIDTH).  A
+rod that does not retard needs none of them kept: its arrays hold no groups.
 """
 
 from __future__ import annotations

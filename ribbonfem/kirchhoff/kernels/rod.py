@@ -59,10 +59,10 @@ class Rod(NamedTuple):
     """The discretisation, see `LineTables`, the material and the loads.
 
     value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope; four:
-    the same for groups; inertia (nodes, 4) of x; spin, J; gyroscopic, whether it turns with the tangent; middle,
-    the node at midspan.  The law (`ribbonfem.material`): stiffness (3,) of (tau, -kappa2, kappa1) and compliance
-    (1,), c, by which kernels take moments and stretch, offset (G, P, 4, WIDTH) of these strains and of the
-    stretch, which counts where `uneven`; elastic (4,), what of stiffness and c is elastic, natural
+    the same for groups; inertia (nodes, 4) of x; spin, J; gyroscopic, whether it turns with the tangent;
+    middle, the node at midspan.  The law (`ribbonfem.material`): stiffness (3,) of (tau, -kappa2, kappa1) and
+    compliance (1,), c, by which kernels take moments and stretch, offset (G, P, 4, WIDTH) of these strains
+    and of the stretch, which counts where `uneven`; elastic (4,), what of stiffness and c is elastic, natural
     (G, P, 3, WIDTH), retardation in t*.  weight (4,) of the whole ribbon, which counts where `heavy`.
     """
 

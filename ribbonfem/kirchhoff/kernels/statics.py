@@ -117,7 +117,7 @@ def _add_columns(
     if 2 * e < elements and (push[0] != 0.0 or push[1] != 0.0 or push[2] != 0.0):
         for i in range(degree + 1):
             a = e * degree + i - 1
-            if 0 <= a:
+            if a >= 0:
                 for b in range(3):
                     for r in range(4):
                         column[4 * a + r] += pulls[i, 4 * b + r, lane] * push[b]

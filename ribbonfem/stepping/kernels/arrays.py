@@ -104,6 +104,7 @@ class Ramp(NamedTuple):
     fixed: float  # 0 if adaptive
     tolerance: float
     newton: float
+    first: float  # the longest step behind a kink
     smallest: float
     snap: bool  # whether to end soon after the height changes sign
     departed: float  # from zero the height has to have been this far before it crosses it

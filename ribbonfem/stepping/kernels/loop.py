@@ -142,8 +142,8 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
     def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.
 
-        `lever` is d(clamped dof)/d(control) of the model's impulses.  State is in `clock` and the model, in and out,
-        so that a resumed run is bitwise the uninterrupted one.
+        `lever` is d(clamped dof)/d(control) of the model's impulses.  State is in `clock` and the model, in
+        and out, so that a resumed run is bitwise the uninterrupted one.
         """
         nu, ends = ramp.damping, ramp.ends
         last, final = m.stages - 1, ramp.ends.longest.shape[0] - 1
@@ -175,7 +175,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     clock[LOWEST] = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                     clock[PEAK] = kinetic + elastic + potential - clock[WORK]
                 clock[KINK] = 0.0
-                clock[STEP] = ramp.fixed if ramp.fixed > 0.0 else min(1e-3, 1e-2 * (end - start))
+                clock[STEP] = ramp.fixed if ramp.fixed > 0.0 else min(ramp.first, 1e-2 * (end - start))
                 clock[LAST] = 0.0
                 continue
             nominal = 0.0
