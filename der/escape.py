@@ -14,7 +14,8 @@ from ribbonfem.results import History, SolverError, told
 from ribbonfem.scene import Scene
 
 from . import kernels
-from .motion import Loop, policy_of
+from .loop import Loop
+from .motion import policy_of
 from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state

@@ -93,9 +93,9 @@ def equilibria(
 ) -> Branch:
     """The connected curve of equilibria through the start state, for controls in `span`.
 
-    By default (-1.5, 1.5) of angles, 30 EI2/L^2 of forces, and what the chord allows of lengths; the control's
-    start is inside.  It ends with the first state of more than `unstable` unstable directions.  Other
-    parameters and errors as in `folds`.
+    By default (-1.5, 1.5) of angles, 30 EI2/L^2 of forces, and what the chord allows of lengths; the
+    control's start is inside.  It ends with the first state of more than `unstable` unstable directions.
+    Other parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)

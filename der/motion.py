@@ -17,7 +17,6 @@ Time integrators (in the kernels; q are positions and angles, M the lumped mass)
 from __future__ import annotations
 
 import time as clock_time
-from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -26,18 +25,15 @@ import numpy as np
 from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
-from ribbonfem.frozen import freeze
-from ribbonfem.options import OptionError, checked, choice, refuse, require_duration, within
-from ribbonfem.results import Array, History, RestState, SolverError, told
-from ribbonfem.row_buffer import some_steps
-from ribbonfem.rows import Columns, Rows
-from ribbonfem.scene import Scene, SceneError
+from ribbonfem.options import OptionError, checked, choice, require_duration, within
+from ribbonfem.results import History, RestState, SolverError, told
+from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
-from . import kernels
+from . import initials, kernels
+from .loop import Loop
 from .problem import Statics, default_steps
-from .rest import state_of
-from .rod import Rod, RodState
+from .rod import Rod
 from .states import start_state
 
 METHODS = MappingProxyType(
@@ -54,27 +50,14 @@ METHODS = MappingProxyType(
 # order of convergence in the step
 ORDERS = MappingProxyType({name: TABLEAUS[name]().constrained if name in TABLEAUS else 2 for name in METHODS})
 
-# methods whose velocities ring from step to step, along the ribbon: they are those of no motion
-RINGING = (kernels.NEWMARK, kernels.MIDPOINT, kernels.DISCRETE_GRADIENT)
 # methods that are of elastic forces alone
 UNDAMPED = (kernels.DISCRETE_GRADIENT, kernels.VERLET)
 # methods with an estimate of their local error
 ADAPTIVE = (*TABLEAUS, "newmark", "generalised-alpha")
 
 TOLERANCE = 1e-5
-_COLUMNS = Columns(
-    kernels.ROW_TIME,
-    kernels.ROW_CONTROL,
-    kernels.ROW_HEIGHT,
-    kernels.ROW_SLOPE,
-    kernels.ROW_VELOCITY,
-    kernels.ROW_KINETIC,
-    kernels.ROW_KEPT,
-)
 # rad; the loop's own bound on the clamp's turn in a step, and that over the one of `ends`
 LARGEST_TURN, _LARGEST = 0.5, 10.0
-# L; clamps of a state that is gone on from fit within it
-_FITS = 1e-9
 _warm: set[int] = set()
 
 
@@ -102,9 +85,9 @@ def simulate(
     ----------
     scene: with `stop` or a `schedule`; the ramp to `stop` and the hold after it are both followed.
     initial: what the motion starts from instead of the scene's `start`: a `RestState` of `der.state` on the
-        same nodes, at rest; or a `History` of `der` on them, whose last instant is gone on from: time goes on,
-        and dissipated energy and work.  Of the same ribbon; its clamps have to be where the scene's begin.
-        To the last bit the uninterrupted run where that has a kink then.
+        same nodes, at rest; or a `History` of `der` on them, whose last instant is gone on from: time
+        goes on, and dissipated energy and work.  Of the same ribbon; its clamps have to be where the
+        scene's begin.  To the last bit the uninterrupted run where that has a kink then.
     nodes, clamp: the discretisation, see `der.rod`.
     method: one of `METHODS`; their orders are in `ORDERS`.
     step: fixed step in s; None (the default) for adaptive steps.  ``verlet`` has fixed steps
@@ -162,7 +145,7 @@ def simulate(
     policy = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     if rod.retardation > 0.0 and policy.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
-    state, began = (start_state(rod), 0.0) if initial is None else _initial(rod, initial)
+    state, began = (start_state(rod), 0.0) if initial is None else initials.of(rod, initial)
     ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())
@@ -191,7 +174,7 @@ def simulate(
         Loop(rod, state, policy._replace(step=1e-6), 1, False).go(short, course)
     run = Loop(rod, state, policy, every, configurations)
     if initial is not None:
-        _go_on(run, initial)
+        run.go_on(initial)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     seconds = clock_time.perf_counter() - begin
@@ -243,68 +226,6 @@ def _controls(scene: Scene, began: float = 0.0) -> Ends:
     return moving(scene, _LARGEST, began, 0.1 if scene.schedule is not None else np.inf)
 
 
-def _initial(rod: Rod, given: object) -> tuple[RodState, float]:
-    """The configuration that a motion starts from, its clamps where the scene's begin, and its time in t*.
-
-    Raises
-    ------
-    OptionError
-        If it is neither a state nor a motion, or of other nodes or another ribbon.
-    SceneError
-        If its clamps are not where the scene's begin.
-    """
-    began, scene = 0.0, rod.scene
-    if isinstance(given, History):
-        kept = given.resume
-        if given.model != "der" or not kept:
-            refuse("initial", given, "a History of der.simulate is needed")
-        if given.scene.ribbon != scene.ribbon:
-            refuse("initial", given, "a motion of the scene's ribbon is needed")
-        state = RodState(kept["x"].copy(), kept["m1"].copy(), kept["twist"].copy())
-        began = float(kept["clock"][kernels.TIME])
-    elif isinstance(given, RestState):
-        if len(given.points) != len(given.s) - 2:
-            refuse("initial", given, "a state of der is needed")
-        state = state_of(given)
-    else:
-        refuse("initial", given, "a RestState or a History is needed")
-    if len(state.x) != rod.nodes:
-        refuse("initial", given, f"it has {len(state.x)} nodes, and nodes = {rod.nodes}")
-    x, m1 = Statics(rod).clamps(scene.begin)
-    off = max(np.abs(x - state.x[[0, 1, -2, -1]]).max(), np.abs(m1 - state.m1[[0, -1]]).max())
-    if not off <= _FITS:
-        raise SceneError(
-            f"Scene: the clamps, clamp = {rod.clamp!r}, begin where {told(scene, scene.begin)}; those of "
-            f"initial = {given!r} do not fit: they are off by {off:.3g}"
-        )
-    return replace(state, at=scene.begin), began
-
-
-def _go_on(run: Loop, given: RestState | History) -> None:
-    """Make a loop's state that at the end of a History, or that of a ribbon that is let go of."""
-    clock, motion, rod, free = run.clock, run.motion, run.rod, run.rod.free
-    same = False
-    if isinstance(given, History):
-        kept, power = given.resume, clock[kernels.POWER]
-        for name in ("v", "a", "aux", "tangent", "strains"):
-            getattr(motion, name)[:] = kept[name]
-        clock[:] = kept["clock"]
-        for place in kernels.OF_A_RUN:
-            clock[place] = 0.0
-        clock[kernels.FRESH], clock[kernels.CONTROL] = 1.0, rod.scene.begin
-        same = kept["told"].tobytes() == run.told.tobytes()
-        if (given.scene.drive, given.scene.preset) != (rod.scene.drive, rod.scene.preset):
-            clock[kernels.POWER] = power
-        run.scratch.factors[:] = kept["factors"]
-    if same:
-        return
-    # by another method, or under other loads
-    clock[kernels.FACTORED] = 0.0
-    gradient = Statics(rod).assemble(run.start, second=False)[1]
-    motion.a[free] = -gradient[free] / rod.inertia[free] - rod.scene.scaled_damping * motion.v[free]
-    motion.aux[free] = motion.v[free] if run.policy.method in RINGING[1:] else motion.a[free]
-
-
 @lru_cache(maxsize=16)
 def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> float:
     """Lowest energy of the states with one unstable direction at a control, on the curve through the start.
@@ -322,152 +243,3 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> floa
             if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
                 energies.append(problem.potential(at_parameter(problem, segment, control, steps).state))
     return min(energies, default=-np.inf)
-
-
-class Loop:
-    """A motion between its calls of the compiled loop: buffers, and the rows written so far."""
-
-    def __init__(
-        self,
-        rod: Rod,
-        state: RodState,
-        policy: kernels.Policy,
-        every: int | None,
-        configurations: bool,
-        velocity: Array | None = None,
-        damping: float = 0.0,
-    ) -> None:
-        size = 4 * rod.nodes
-        statics = Statics(rod)
-        self.rod, self.policy, self.every, self.start = rod, policy, every or 1, state
-        self.clock = np.zeros(kernels.CLOCK_SIZE)
-        self.motion = kernels.Motion(
-            state.x.copy(),
-            np.zeros(size),
-            np.zeros(size),
-            np.zeros(size),
-            statics.edges(state.x)[0],
-            state.m1.copy(),
-            state.twist.copy(),
-            np.zeros((rod.nodes, 4)),
-            self.clock,
-        )
-        band = (size + kernels.WIDTH, kernels.WIDTH + 1)
-        self.scratch = kernels.Scratch(
-            x=state.x.copy(),
-            tangent=np.zeros_like(state.m1),
-            inverse=np.zeros(rod.nodes - 1),
-            m1=state.m1.copy(),
-            twist=state.twist.copy(),
-            dq=np.zeros(size),
-            stage_v=np.zeros((len(policy.table), size)),
-            stage_a=np.zeros((len(policy.table), size)),
-            v=np.zeros(size),
-            b=np.zeros(size),
-            gradient=np.zeros(size),
-            gradient1=np.zeros(size),
-            hessian=np.zeros(band),
-            factors=np.zeros(band),
-            right=np.zeros(size + kernels.WIDTH),
-            energies=np.zeros(3),
-            turn=np.zeros(rod.nodes),
-            rate=np.zeros(size),
-            known=np.zeros(size),
-            strains=np.zeros((rod.nodes, 4)),
-            viscous=np.zeros((rod.nodes, 4)),
-        )
-        self.constants = kernels.Rod(
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            rod.inertia,
-            rod.arclength,
-            rod.shape,
-            rod.lumps,
-            rod.retardation,
-        )
-        self.told = np.array([policy.method, policy.radius, rod.scene.scaled_damping, *rod.scene.weight])
-        gradient = statics.assemble(state, second=False)[1]
-        self.clock[kernels.CONTROL] = state.at
-        self.clock[kernels.PUSHED] = -statics.ends.force(state.at)[0][2]
-        self.clock[kernels.POWER] = float(statics.clamp_rate(state.at) @ gradient)
-        self.clock[kernels.FRESH] = 1.0
-        # adaptive runs start with a step far below any period and grow
-        self.clock[kernels.STEP] = policy.step or 1e-4
-        if velocity is not None:
-            free = rod.free
-            self.motion.v[free] = velocity
-            self.motion.a[free] = -gradient[free] / rod.inertia[free] - damping * velocity
-        nodes = rod.nodes
-        shapes = ((nodes, 3), (nodes - 1, 3)) if configurations else ()
-        self.rows = Rows(kernels.ROW_SIZE, _COLUMNS, *shapes, every=every)
-        self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes - 1, 3)))
-
-    def _room(self) -> tuple[Array, Array, Array]:
-        """Where the next rows go."""
-        rows, *configurations = self.rows.reserve()
-        x, m1 = configurations or self.none
-        self.clock[kernels.ROW] = self.clock[kernels.PLACE] = 0.0
-        return some_steps(rows, self.rod.nodes), x, m1
-
-    def go(self, ends: Ends, course: kernels.Course) -> int:
-        """Run to the end or until it fails; returns the status of the compiled loop."""
-        rows, x, m1 = self._room()
-        kernels.record(self.constants, ends, self.motion, self.scratch, course, rows, x, m1, True)
-        while True:
-            status = kernels.run(
-                self.constants,
-                ends,
-                self.motion,
-                self.scratch,
-                course,
-                self.policy,
-                self.every,
-                rows,
-                x,
-                m1,
-            )
-            self.rows.wrote(int(self.clock[kernels.ROW]))
-            if status != kernels.FULL or self.rows.full:
-                return int(status)
-            rows, x, m1 = self._room()
-
-    def history(self, scene: Scene, policy: dict[str, object], stats: dict[str, float]) -> History:
-        """The rows so far as a `History`."""
-        second = scene.ribbon.inertial_time
-        # (velocities that ring are none)
-        per_second = np.nan if self.policy.method in RINGING else 1.0 / second
-        taken, steps = self.rows.taken({kernels.ROW_TIME: second, kernels.ROW_VELOCITY: per_second})
-        rows, *configurations = map(freeze, taken)
-        clock = self.clock
-        time, control, height, slope, *energies, load, velocity, _ = rows.T
-        return History(
-            time=time,
-            control=control,
-            height=height,
-            slope=slope,
-            load=load,
-            velocity=velocity,
-            arclength=np.array(self.rod.arclength),
-            energies=dict(
-                zip(("kinetic", "elastic", "potential", "dissipated", "work"), energies, strict=True)
-            ),
-            configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
-            stats={
-                "steps": int(clock[kernels.STEPS]),
-                "newton_iterations": int(clock[kernels.ITERATIONS]),
-                "assemblies": int(clock[kernels.ASSEMBLIES]),
-                "rejected": int(clock[kernels.REJECTED]),
-                **self.rows.stats,
-                **stats,
-            },
-            scene=scene,
-            policy=policy,
-            model="der",
-            steps=freeze(steps),
-            resume={
-                **{name: np.array(value) for name, value in self.motion._asdict().items()},
-                "factors": self.scratch.factors,
-                "told": self.told,
-            },
-        )

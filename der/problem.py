@@ -111,7 +111,7 @@ class Statics:
         return tangent, inverse
 
     def assemble(self, state: RodState, second: bool = True) -> tuple[Array, Array, Array]:
-        """Elastic energies (3,), gradient (4 N,) and Hessian band (4 N + 10, 11) of all unknowns, with loads."""
+        """Elastic energies (3,); gradient (4 N,), with loads, and Hessian band (4 N + 10, 11)."""
         energies, gradient, hessian = self._elastic(state, self.shape(state.at), second)
         forces = gradient.reshape(-1, 4)[:, :3]
         weight, force = self.weigh(state.at), self.ends.force(state.at)[0]
@@ -175,7 +175,7 @@ class Statics:
 
     def linearise(self, state: RodState, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
-        rod, free = self.rod, self.rod.free
+        free = self.rod.free
         _, gradient, hessian = self.assemble(state)
         slope = self.slope(state, hessian, parameter)[free]
         factors = hessian.copy()

@@ -81,7 +81,7 @@ class Rod:
         inertia[:, 3] *= ribbon.rotary_inertia
         self.inertia: Array = inertia.ravel()
         self.retardation = ribbon.retardation / ribbon.inertial_time
-        inner = self.arclength[1:-1]
+        inner = np.asarray(self.arclength[1:-1], dtype=np.float64)
         self.shape: Array = np.zeros((self.nodes, 2))
         if ribbon.shaped:
             self.shape[1:-1] = _integrals(scene.ribbon, inner - 0.5 * self.rest, inner + 0.5 * self.rest)
@@ -111,7 +111,7 @@ class Rod:
 
 
 def _integrals(ribbon: Ribbon, low: Array, high: Array) -> Array:
-    """Integrals (n, 2) of the natural curvature and twist from s = low to high (n,), linear between points."""
+    """Integrals (n, 2) of the natural curvature and twist from s = low to high (n,)."""
     counts = [np.size(values) for values in (ribbon.curvature, ribbon.twist)]
     points = np.unique(np.concatenate((low, high, *(np.linspace(0.0, 1.0, max(n, 2)) for n in counts))))
     values = np.stack(ribbon.natural(points), axis=-1)

@@ -88,7 +88,7 @@ def resist(state, velocity, retardation=0.7):
 
 
 def test_viscous_moments_are_of_the_strains_rates():
-    """Their rates by differences; and the Hessian of stages, at velocities that are increments times a pace."""
+    """Rates by differences; and the Hessian of stages, at velocities that are increments times a pace."""
     state, h = crumpled(), 1e-6
     velocity = np.random.default_rng(5).normal(size=4 * N)
     velocity[-1] = 0.0
@@ -107,7 +107,7 @@ def test_viscous_moments_are_of_the_strains_rates():
     lengths = np.array([1.0, 1.0, 1.0, REST])
     assert np.isclose(forces @ velocity, (viscous * rates * lengths)[inner].sum(), rtol=1e-7)
     assert forces @ velocity > 0.0
-    # at rest, what moves a node by dq in a stage meets a force of the material that is pace dq r times stiffer
+    # of a straight rod in a stage: stiffer by r times the pace
     pace, unit = 3.0, np.zeros(4 * N)
     straight = (
         REST * np.arange(N)[:, None] * [1.0, 0.0, 0.0],

@@ -1,4 +1,4 @@
-"""Rods at rest under every control, load and shape: against values that share no code, and against elements."""
+"""Rods at rest under every control, load and shape: against a method that shares no code, and elements."""
 
 from dataclasses import replace
 
@@ -191,7 +191,7 @@ def test_clamps_twist_by_more_than_half_a_turn():
 
 
 def test_right_is_the_image_of_left():
-    """r(s) -> R - r(L - s): U and S change signs; with the mirror z -> -z the right clamp turns as the left."""
+    """r(s) -> R - r(L - s): U and S change signs; with the mirror z -> -z the right clamp is the left."""
     left = Scene(compression=0.40, shear=0.37, start="U+S+")
     right = Scene(compression=0.40, shear=0.37, start="U+S-", drive="right")
     for one, other in zip(der.folds(left, nodes=41), der.folds(right, nodes=41), strict=True):

@@ -1,4 +1,4 @@
-"""Rods in motion under every control, load and material: orders, balances, symmetries, what is gone on from."""
+"""Rods in motion under every control, load and material: orders, balances, symmetries, initial states."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 
 import der
 from der import kernels
-from der.motion import ORDERS, Loop, policy_of
+from der.loop import Loop
+from der.motion import ORDERS, policy_of
 from der.problem import Statics
 from der.rod import Rod
 from der.states import start_state
@@ -302,3 +303,31 @@ def test_refusals_of_what_does_not_fit():
     for method in ("verlet", "discrete-gradient"):
         with pytest.raises(OptionError, match=r"takes no Ribbon\.retardation"):
             der.simulate(damped, nodes=21, method=method, step=1e-5)
+
+
+@pytest.mark.parametrize("retardation", [0.0, 0.02])
+def test_motions_against_elements(retardation):
+    """Rods' limits and elements that stretch, which share no mechanics: on the way, and where both settle."""
+    scene = Scene(
+        start="U+S-",
+        drive=EVERYTHING,
+        schedule=Schedule((0.0, 1.0, 2.0, 4.0), (0.0, 0.1, 0.05, 0.05)),
+        damping=3.0,
+        gravity=(1.0, 0.5, -3.0),
+        ribbon=replace(LOADED["ribbon"], retardation=retardation),
+    )
+    policy = {"tolerance": 1e-6, "configurations": False}
+    reference = kirchhoff.simulate(scene, elements=6, extensible=True, **policy)
+    coarse, fine = (der.simulate(scene, nodes=n, **policy) for n in (41, 81))
+    at = np.array([0.5, 1.0, 1.5, 2.0, 4.0])
+
+    def off(read):
+        one, other, expected = (np.interp(at, h.time, read(h)) for h in (coarse, fine, reference))
+        ratio = (79 / 39) ** 2
+        return np.abs((ratio * other - one) / (ratio - 1) - expected)
+
+    heights = off(lambda h: h.height)
+    assert heights.max() < 3e-5
+    assert heights[-1] < 5e-6
+    for name, bound in (("elastic", 2e-3), ("potential", 1e-5), ("work", 2e-3)):
+        assert off(lambda h, name=name: h.energies[name]).max() < bound

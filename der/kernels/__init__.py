@@ -64,7 +64,6 @@ from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
 from .energy import assemble, resist
 from .frames import carry, edges
 from .loop import record, run
-from .steps import reaction
 
 # what counts from the beginning of a run
 OF_A_RUN = (STEPS, ITERATIONS, ASSEMBLIES, REJECTED, PHASE, AFTER, SIDE, CARRY)
@@ -116,7 +115,6 @@ __all__ = [
     "edges",
     "factor",
     "multiply",
-    "reaction",
     "record",
     "resist",
     "run",

@@ -51,7 +51,8 @@ ROW_DISSIPATED, ROW_WORK, ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_SIZE = range(7, 
 # retardation in t*; shape (N, 2) natural curvature and twist of a node, rad; lumps (N,) of the weight
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength shape lumps retardation")
 # nu, in 1/t*; the instant from which the control stands still, and the energy below which the ribbon cannot
-# leave its state then any more, so that its run ends; whether to end soon after the height crosses the clamps'
+# leave its state then any more, so that its run ends; whether to end soon after the height crosses that of
+# the clamps
 Course = namedtuple("Course", "damping settled barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the

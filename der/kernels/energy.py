@@ -4,8 +4,8 @@ Inner node i lies between the edges e and f, of tangents t_e, t_f, inverse lengt
 m1, m2; B1, B2, C are EI1, EI2, GJ over l, and S is EA l.  Strains, and their energy:
 
     (1)  kb = 2 t_e x t_f / chi,  chi = 1 + t_e.t_f,  kappa_c = kb.(m_c^e + m_c^f) / 2,  tau the twist
-    (2)  E = sum_i B1 kappa_1^2 / 2 + B2 (kappa_2 - kappa_2^0)^2 / 2 + C (tau - tau^0)^2 / 2 + sum_f S eps^2 / 2,
-         eps = |f| / l - 1
+    (2)  E = sum_i B1 kappa_1^2 / 2 + B2 (kappa_2 - kappa_2^0)^2 / 2 + C (tau - tau^0)^2 / 2
+           + sum_f S eps^2 / 2,  eps = |f| / l - 1
 
 With tt = (t_e + t_f) / chi and n_c = (m_c^e + m_c^f) / chi (Bergou et al. 2008, 2010):
 
@@ -13,9 +13,9 @@ With tt = (t_e + t_f) / chi and n_c = (m_c^e + m_c^f) / chi (Bergou et al. 2008,
     (4)  d kappa_1/d theta = kb.m2 / 2,  d kappa_2/d theta = -kb.m1 / 2, each of its own edge
     (5)  d tau/de = kb / (2 |e|),  d tau/df = kb / (2 |f|),  d tau/d theta = -1 of e, +1 of f
 
-Forces are moments times these.  Of a material that damps (Kelvin-Voigt, a time r) a moment is of the strain and
-of its rate, which (3) to (5) make of velocities; where those are pace times increments, the stiffness
-counts 1 + r pace times in what is the product of two first derivatives:
+Forces are moments times these.  Of a material that damps (Kelvin-Voigt, a time r) a moment is of the
+strain and of its rate, which (3) to (5) make of velocities; where those are pace times increments, the
+stiffness counts 1 + r pace times in what is the product of two first derivatives:
 
     (6)  a_1 = B1 (kappa_1 + r kappa_1'),  a_2 = B2 (kappa_2 - kappa_2^0 + r kappa_2'),
          a_t = C (tau - tau^0 + r tau'),  a_s = S (eps + r eps') / l

@@ -8,6 +8,7 @@ from ribbonfem.ends.kernels import LIFT, control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
+from .advance import accept, begin_phase
 from .arrays import (
     AFTER,
     BLOWN,
@@ -51,7 +52,7 @@ from .arrays import (
 )
 from .band import FIRST
 from .frames import INLINED, OPTIONS, dot, edges, mix, triple
-from .steps import accept, attempt, begin_phase, largest_move, sum_up
+from .steps import attempt, largest_move, sum_up
 
 
 @compiled(**OPTIONS)

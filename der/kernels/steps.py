@@ -1,44 +1,27 @@
-"""Steps of a rod in motion: stages, Newton, errors, what is handed on."""
+"""Steps of a rod in motion: stages, Newton, errors."""
 
 from __future__ import annotations
 
-import math
-
-from ribbonfem.ends.kernels import (
-    COMPRESSION,
-    FORCE,
-    LEFT,
-    LIFT,
-    RIGHT,
-    SHEAR,
-    TWIST_LEFT,
-    TWIST_RIGHT,
-    control_at,
-)
+from ribbonfem.ends.kernels import control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
 from .arrays import (
     ASSEMBLIES,
-    CONTROL,
     DISCRETE_GRADIENT,
-    DISSIPATED,
-    EFFORT,
     FACTORED,
     GENERALISED_ALPHA,
     IMPLICIT_EULER,
     MIDPOINT,
-    NEWMARK,
     PHASE,
-    POWER,
     PUSH,
     PUSHED,
     RUNGE_KUTTA,
     TIME,
     VERLET,
-    WORK,
 )
 from .band import FIRST, WIDTH, factor, solve
+from .clamps import add_loads, drift, place
 from .energy import assemble, resist
 from .frames import INLINED, OPTIONS, carry, edges
 
@@ -80,78 +63,7 @@ def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
 
 
 @compiled(**INLINED)
-def _add_loads(rod, ends, push, gradient, nodes):
-    """What weight and the force at midspan, down along z, add to the gradient of the first nodes."""
-    w = ends.weight
-    if w[0] != 0.0 or w[1] != 0.0 or w[2] != 0.0:
-        for i in range(nodes):
-            for c in range(3):
-                gradient[4 * i + c] -= rod.lumps[i] * w[c]
-    if push != 0.0:
-        count = rod.arclength.shape[0]
-        for half in ((count - 1) // 2, count // 2):
-            if half < nodes:
-                gradient[4 * half + 2] += 0.5 * push
-
-
-@compiled(**INLINED)
-def push_at(ends, control):
-    """The force at midspan at a control."""
-    return ends.fixed[FORCE] + ends.moved[FORCE] * control
-
-
-@compiled(**INLINED)
-def _moves_right(ends):
-    """Whether the right clamp moves."""
-    m = ends.moved
-    return (
-        m[RIGHT] != 0.0 or m[TWIST_RIGHT] != 0.0 or m[COMPRESSION] != 0.0 or m[SHEAR] != 0.0 or m[LIFT] != 0.0
-    )
-
-
-@compiled(**INLINED)
-def _place(rod, ends, control, motion, dq):
-    """Increments of the clamps' nodes and angles to a control, and the force there."""
-    f, m, x0 = ends.fixed, ends.moved, motion.x
-    if m[LEFT] != 0.0:
-        angle = f[LEFT] + m[LEFT] * control
-        for i in range(2):
-            for c, direction in enumerate((math.cos(angle), 0.0, -math.sin(angle))):
-                dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
-    turned = control - motion.clock[CONTROL]
-    dq[3] = m[TWIST_LEFT] * turned
-    if _moves_right(ends):
-        nodes = x0.shape[0]
-        angle = f[RIGHT] + m[RIGHT] * control
-        for i in range(nodes - 2, nodes):
-            for c, direction in enumerate((math.cos(angle), 0.0, math.sin(angle))):
-                k = COMPRESSION + c
-                shift = f[k] + m[k] * control
-                place = ends.chord[c] + (shift if c == 2 else -shift)
-                dq[4 * i + c] = place + (rod.arclength[i] - 1.0) * direction - x0[i, c]
-        dq[4 * nodes - 5] = m[TWIST_RIGHT] * turned
-    motion.clock[PUSH] = push_at(ends, control)
-
-
-@compiled(**INLINED)
-def drift(rod, ends, control, rate, v):
-    """Velocities of the clamps' nodes and angles where the control moves at a rate."""
-    f, m = ends.fixed, ends.moved
-    nodes = rod.arclength.shape[0]
-    left, right = f[LEFT] + m[LEFT] * control, f[RIGHT] + m[RIGHT] * control
-    for i in range(2):
-        turn = rate * m[LEFT] * rod.arclength[i]
-        v[4 * i], v[4 * i + 1], v[4 * i + 2] = -math.sin(left) * turn, 0.0, -math.cos(left) * turn
-        j = nodes - 2 + i
-        turn = rate * m[RIGHT] * (rod.arclength[j] - 1.0)
-        v[4 * j] = -math.sin(right) * turn - rate * m[COMPRESSION]
-        v[4 * j + 1] = -rate * m[SHEAR]
-        v[4 * j + 2] = math.cos(right) * turn + rate * m[LIFT]
-    v[3], v[4 * nodes - 5] = rate * m[TWIST_LEFT], rate * m[TWIST_RIGHT]
-
-
-@compiled(**INLINED)
-def _configure(motion, s, dq, share):
+def configure(motion, s, dq, share):
     """The configuration s.x, its edges and frames, at a share of the increments dq of a step."""
     nodes = motion.x.shape[0]
     for i in range(nodes):
@@ -176,7 +88,7 @@ def _evaluate(rod, ends, motion, s, dq, mean, pace, second):
             s.hessian[:] = 0.0
     for k in range(3 if mean else 1):
         point = 0.5 + 0.3872983346207417 * (k - 1) if mean else 1.0
-        _configure(motion, s, dq, point)
+        configure(motion, s, dq, point)
         sum_up(rod, s.m1, s.twist, s, s.rate, pace, second, nodes)
         if mean:
             weight = (4.0 if k == 1 else 2.5) / 9.0
@@ -190,7 +102,7 @@ def _evaluate(rod, ends, motion, s, dq, mean, pace, second):
         copy(s.gradient1, s.gradient)
         if second:
             copy(s.hessian, s.factors)
-    _add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
+    add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
 
 
 @compiled(**OPTIONS)
@@ -275,12 +187,12 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
         for i in range(first, last):
             s.v[i] = v0[i] + 0.5 * h * a0[i]
             s.dq[i] = h * s.v[i]
-        _place(rod, ends, control, motion, s.dq)
+        place(rod, ends, control, motion, s.dq)
         if not largest_move(s.dq, first, last) < 0.5:
             return -1, error
-        _configure(motion, s, s.dq, 1.0)
+        configure(motion, s, s.dq, 1.0)
         sum_up(rod, s.m1, s.twist, s, s.rate, 0.0, False, nodes)
-        _add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
+        add_loads(rod, ends, motion.clock[PUSH], s.gradient, nodes)
         for i in range(first, last):
             s.v[i] = (s.v[i] - 0.5 * h * s.gradient[i] / rod.inertia[i]) / (1.0 + 0.5 * h * nu)
         return 1, error
@@ -309,7 +221,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
                 control, rate, _ = control_at(ends, phase, time + policy.instants[k] * h)
             else:
                 control, rate, _ = control_at(ends, phase, target)
-            _place(rod, ends, control, motion, s.dq)
+            place(rod, ends, control, motion, s.dq)
             if damped:
                 drift(rod, ends, control, rate, s.rate)
                 for i in range(first, last):
@@ -367,11 +279,11 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
             s.dq[i] = h * (v0[i] + 0.5 * h * a0[i])
     if method == MIDPOINT:
         middle, rate, _ = control_at(ends, phase, time + 0.5 * h)
-        _place(rod, ends, middle, motion, s.dq)
+        place(rod, ends, middle, motion, s.dq)
         if damped:
             drift(rod, ends, middle, rate, s.rate)
     else:
-        _place(rod, ends, control, motion, s.dq)
+        place(rod, ends, control, motion, s.dq)
         if damped:
             drift(rod, ends, control, rate, s.rate)
     if method == DISCRETE_GRADIENT:
@@ -383,7 +295,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
     if method == MIDPOINT:
         for i in range(first, last):
             s.dq[i] *= 2.0
-        _place(rod, ends, control, motion, s.dq)
+        place(rod, ends, control, motion, s.dq)
     # constants of the local error h^3 q''' (implicit Euler: h^2 q'') of each method
     if method == IMPLICIT_EULER:
         for i in range(first, last):
@@ -401,139 +313,3 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
             if i % 4 != 3:
                 error = max(error, constant * h * h * abs(a1 - aux[i]))
     return count, error
-
-
-@compiled(**INLINED)
-def reaction(rod, ends, control, gradient):
-    """What the clamps' reactions do while the control moves by 1: the derivative of the energy in it."""
-    f, m = ends.fixed, ends.moved
-    nodes = rod.arclength.shape[0]
-    total = 0.0
-    if m[LEFT] != 0.0:
-        angle, moment = f[LEFT] + m[LEFT] * control, 0.0
-        for i in range(2):
-            moment += rod.arclength[i] * (
-                -math.sin(angle) * gradient[4 * i] - math.cos(angle) * gradient[4 * i + 2]
-            )
-        total += m[LEFT] * moment
-    if m[TWIST_LEFT] != 0.0:
-        total += m[TWIST_LEFT] * gradient[3]
-    if _moves_right(ends):
-        angle = f[RIGHT] + m[RIGHT] * control
-        for i in range(nodes - 2, nodes):
-            g = 4 * i
-            turn = (rod.arclength[i] - 1.0) * m[RIGHT]
-            total += turn * (math.cos(angle) * gradient[g + 2] - math.sin(angle) * gradient[g])
-            total += m[LIFT] * gradient[g + 2] - m[COMPRESSION] * gradient[g] - m[SHEAR] * gradient[g + 1]
-        total += m[TWIST_RIGHT] * gradient[4 * nodes - 5]
-    return total
-
-
-@compiled(**OPTIONS)
-def begin_phase(rod, ends, motion, s, course, policy):
-    """Make the accelerations those after a kink.
-
-    They jump with the force at midspan and, of ribbons that damp, with the clamps' velocities.
-    """
-    nodes = motion.x.shape[0]
-    clock = motion.clock
-    control, rate, _ = control_at(ends, int(clock[PHASE]), clock[TIME])
-    push = push_at(ends, control)
-    damped = rod.retardation > 0.0
-    clock[CONTROL] = control
-    if damped or push != clock[PUSHED]:
-        clock[PUSHED] = push
-        drift(rod, ends, control, rate, motion.v)
-        edges(motion.x, s.tangent, s.inverse)
-        sum_up(rod, motion.m1, motion.twist, s, motion.v, 0.0, False, nodes)
-        _add_loads(rod, ends, push, s.gradient, nodes)
-        for i in range(FIRST, 4 * nodes - 8):
-            change = -course.damping * motion.v[i] - s.gradient[i] / rod.inertia[i] - motion.a[i]
-            motion.a[i] += change
-            if policy.method == NEWMARK or policy.method == GENERALISED_ALPHA:
-                motion.aux[i] += change
-        if damped:
-            copy(s.strains, motion.strains)
-            # moments of a clamp whose speed jumps: the end of the step says more of it than its beginning
-            clock[POWER] = math.nan
-
-
-@compiled(**INLINED)
-def _viscous_loss(rod, before, after):
-    """The energy that the change of the strains costs within a unit of time."""
-    bend_1, bend_2, turn = (
-        rod.stiffness[0] / rod.rest,
-        rod.stiffness[1] / rod.rest,
-        rod.stiffness[2] / rod.rest,
-    )
-    total = 0.0
-    for i in range(1, before.shape[0] - 1):
-        total += bend_1 * (after[i, 0] - before[i, 0]) ** 2 + bend_2 * (after[i, 1] - before[i, 1]) ** 2
-        total += turn * (after[i, 2] - before[i, 2]) ** 2 + rod.stretch[i] * (after[i, 3] - before[i, 3]) ** 2
-    return rod.retardation * total
-
-
-@compiled(**OPTIONS)
-def accept(rod, ends, motion, s, course, policy, h, target):
-    """Take over the step in s.dq, s.v: frames, accelerations, energies passed on."""
-    nodes = motion.x.shape[0]
-    first, last = FIRST, 4 * nodes - 8
-    clock, nu, method = motion.clock, course.damping, policy.method
-    v0, a0, aux = motion.v, motion.a, motion.aux
-    lost = 0.0
-    for i in range(first, last):
-        mean = s.dq[i] / h
-        inner = 1.5 * mean - 0.25 * (v0[i] + s.v[i])
-        lost += rod.inertia[i] * (v0[i] * v0[i] + 4.0 * inner * inner + s.v[i] * s.v[i])
-    clock[DISSIPATED] += nu * h * lost / 6.0
-    _configure(motion, s, s.dq, 1.0)
-    before = clock[CONTROL]
-    after, rate, _ = control_at(ends, int(clock[PHASE]), target)
-    push = push_at(ends, after)
-    whole, damped = method == VERLET, rod.retardation > 0.0
-    all_of = whole or damped or _moves_right(ends)
-    if damped:
-        drift(rod, ends, after, rate, s.v)
-    sum_up(rod, s.m1, s.twist, s, s.v, 0.0, False, nodes if all_of else 4)
-    _add_loads(rod, ends, push, s.gradient, nodes if all_of else 4)
-    power = reaction(rod, ends, after, s.gradient)
-    if math.isnan(clock[POWER]):
-        clock[POWER] = power
-    work = 0.5 * (clock[POWER] + power) * (after - before)
-    if push != 0.0 or clock[PUSHED] != 0.0:
-        for half in ((nodes - 1) // 2, nodes // 2):
-            work -= 0.25 * (clock[PUSHED] + push) * s.dq[4 * half + 2]
-    clock[WORK] += work
-    clock[EFFORT] += abs(work)
-    clock[POWER] = power
-    clock[CONTROL], clock[PUSHED] = after, push
-    if damped:
-        clock[DISSIPATED] += _viscous_loss(rod, motion.strains, s.strains) / h
-        copy(s.strains, motion.strains)
-        for i in range(first):
-            v0[i], v0[last + i] = s.v[i], s.v[last + i]
-    am, af = 0.0, 0.0
-    if method == GENERALISED_ALPHA:
-        am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
-        af = policy.radius / (policy.radius + 1.0)
-    gamma = 0.5 - am + af
-    for i in range(first, last):
-        if whole:
-            a1 = -nu * s.v[i] - s.gradient[i] / rod.inertia[i]
-        elif method == RUNGE_KUTTA:
-            a1 = s.stage_a[policy.table.shape[0] - 1, i]
-        elif method == IMPLICIT_EULER:
-            a1 = (s.v[i] - v0[i]) / h
-        elif method == MIDPOINT or method == DISCRETE_GRADIENT:
-            a1 = 0.0
-            aux[i] = s.dq[i] / h
-        else:
-            new = (s.v[i] - v0[i] - h * (1.0 - gamma) * aux[i]) / (gamma * h)
-            a1 = ((1.0 - am) * new + am * aux[i] - af * a0[i]) / (1.0 - af)
-            aux[i] = new
-        a0[i] = a1
-        v0[i] = s.v[i]
-    copy(s.x, motion.x)
-    copy(s.tangent, motion.tangent)
-    copy(s.m1, motion.m1)
-    copy(s.twist, motion.twist)
