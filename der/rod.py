@@ -21,11 +21,15 @@ CLAMPS = ("centred", "two-node")
 
 @dataclass(frozen=True)
 class RodState:
-    """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node."""
+    """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node.
+
+    `lag` (N - 1,) is by how much the edges' strains fall short of those that the step to it was to make.
+    """
 
     x: Array
     m1: Array
     twist: Array
+    lag: Array | None = None
 
     def copy(self) -> RodState:
         """Return a state with arrays of its own."""

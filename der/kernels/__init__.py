@@ -52,8 +52,8 @@ from .arrays import (
     Scratch,
 )
 from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
-from .energy import assemble
-from .frames import carry, edges
+from .energy import assemble, hold_tension
+from .frames import carry, edges, fall_short
 from .loop import record, run
 from .steps import clamp_moment
 
@@ -98,6 +98,8 @@ __all__ = [
     "clamp_moment",
     "edges",
     "factor",
+    "fall_short",
+    "hold_tension",
     "multiply",
     "record",
     "run",

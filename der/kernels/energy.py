@@ -181,3 +181,16 @@ def assemble(
     energies[0] = stretching
     energies[1] = bending
     energies[2] = twisting
+
+
+@compiled(**OPTIONS)
+def hold_tension(hessian, tangent, force):
+    """Add to a Hessian what forces (N - 1,) along the edges do when these turn, per length of an edge."""
+    for i in range(tangent.shape[0]):
+        for r in range(3):
+            for s in range(3):
+                share = force[i] * ((1.0 if r == s else 0.0) - tangent[i, r] * tangent[i, s])
+                hessian[4 * i + s, 4 + r - s] -= share
+                if r >= s:
+                    hessian[4 * i + s, r - s] += share
+                    hessian[4 * i + 4 + s, r - s] += share
