@@ -299,7 +299,7 @@ class History(Controlled):
     def __repr__(self) -> str:
         if not len(self):
             return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
-        snap, leaves = self.crossing(), self.unstable_from
+        snap, leaves = self.snap, self.unstable_from
         turning = self.scene is None or self.scene.turning
         name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
         share = self.stats.get("numerical_dissipation_share", 0.0)
@@ -340,6 +340,26 @@ class History(Controlled):
         return html_table(_caption(self), columns, rows)
 
     @property
+    def snap(self) -> tuple[float, float] | None:
+        """Time (s) and control of the first passage of the mean height of both clamps that is a snap.
+
+        That is one after the control has passed an instability of the state followed, found when this is
+        read: opposed clamps take the height through 0 at rest.
+        """
+        if self.scene is None or self.scene.usual or self.model not in _MODELS:
+            return self.crossing()
+        begin = self.snaps_from
+        return None if begin == np.inf else self.crossing("height", after=begin)
+
+    @property
+    def snaps_from(self) -> float:
+        """When the control first passes an instability of the state at rest, s; infinite if never."""
+        scene = self.scene
+        if scene is None or scene.usual or self.model not in _MODELS:
+            return 0.0
+        return snaps_from(scene, self.model, self.policy)
+
+    @property
     def unstable_from(self) -> float:
         """The control at which the state at rest is lost at a pitchfork or branch point, NaN if it is not.
 
@@ -363,12 +383,15 @@ class History(Controlled):
         time, control, height, slope, velocity = self.steps
         return time, control, height, slope, velocity
 
-    def crossing(self, quantity: str = "height", level: float | None = None) -> tuple[float, float] | None:
+    def crossing(
+        self, quantity: str = "height", level: float | None = None, *, after: float = 0.0
+    ) -> tuple[float, float] | None:
         """Time and control at which "height" or "slope" first crosses `level`.
 
         The level of a height is by default the mean height of both clamps (0 where none is lifted).  Counted
         only once the quantity has been further than 1e-6 from the level: at rest it may
-        lie on it, and rounding crosses it then.  Solved for on a polynomial through the steps, and
+        lie on it, and rounding crosses it then.  Passages before the time `after` (s) do not count.
+        Solved for on a polynomial through the steps, and
         the velocities, around the crossing (`events.root`), so that its error is of the
         integration and not of their grid, and the same whichever rows are kept.
 
@@ -404,7 +427,7 @@ class History(Controlled):
                 lift = 0.5 * self.scene.drives.lift
                 values = values - 0.5 * self.scene.preset.get("lift", 0.0) - lift * controls
                 rates = None if lift else velocity
-        departed = np.flatnonzero(np.abs(values) > DEPARTED)
+        departed = np.flatnonzero((np.abs(values) > DEPARTED) & (times >= after))
         if not departed.size:
             return None
         side = values[departed[0]] > 0.0
@@ -435,24 +458,33 @@ _MODELS = {"kirchhoff": "ribbonfem.kirchhoff", "elastica": "ribbonfem.elastica",
 
 def _lost(history: History) -> Instability | None:
     """The instability at which a motion's state at rest is lost, if that is no fold."""
-    scene, mesh = history.scene, {name: v for name, v in history.policy.items() if name in MESH}
-    if history.model not in _MODELS or scene is None:
+    if history.model not in _MODELS or history.scene is None:
         return None
-    far = scene.furthest
+    found = _before_end(history.scene, history.model, history.policy)
+    return next((point for point in found if point.kind != "fold"), None)
+
+
+def snaps_from(scene: Scene, model: str, policy: Mapping[str, Any]) -> float:
+    """When a scene's control first passes an instability of its state at rest, s; infinite if never."""
+    found = _before_end(scene, model, policy)
+    return scene.passes(found[0].control) if found else np.inf
+
+
+def _before_end(scene: Scene, model: str, policy: Mapping[str, Any]) -> list[Instability]:
+    mesh = tuple((name, value) for name, value in policy.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
-    found = _instability(history.model, still, tuple(mesh.items()))
-    beyond = far is not None and found is not None and (found.control - far) * scene.direction > 0.0
-    return None if beyond else found
+    far, sign = scene.furthest, scene.direction
+    found = _instabilities(model, still, mesh)
+    return [point for point in found if far is None or sign * (point.control - far) <= 0.0]
 
 
 @lru_cache(maxsize=1024)
-def _instability(model: str, scene: Scene, mesh: tuple[tuple[str, Any], ...]) -> Instability | None:
+def _instabilities(model: str, scene: Scene, mesh: tuple[tuple[str, Any], ...]) -> tuple[Instability, ...]:
     try:
-        found = called_later(f"{_MODELS[model]}:instabilities", scene, **dict(mesh))
+        return tuple(called_later(f"{_MODELS[model]}:instabilities", scene, **dict(mesh)))
     except (SolverError, ValueError, AttributeError):
         # of a state that cannot be followed nothing is said
-        return None
-    return next((point for point in found if point.kind != "fold"), None)
+        return ()
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -376,6 +376,12 @@ class Scene:
         return np.array([1.0 - self.compression - at["compression"], -self.shear - at["shear"], at["lift"]])
 
     @cached_property
+    def usual(self) -> bool:
+        """Whether one clamp turns at a constant rate, and nothing else moves, acts or retards."""
+        plain = not self.dressed and self.ribbon.retardation == 0.0 and self.schedule is None
+        return plain and self.drive in ("left", "right")
+
+    @cached_property
     def weight(self) -> tuple[float, float, float]:
         """Weight per length (wx, wy, wz), EI2/L^3."""
         x, y, z = (g * self.ribbon.weight_ratio for g in self.gravity or (0.0, 0.0, 0.0))
@@ -522,6 +528,32 @@ class Scene:
         times = (0.0, turned)
         pieces = ((0.0, self.scaled_rate, *(0.0,) * 4), (stop, *(0.0,) * 5))
         return times, pieces, (*times, turned + hold) if hold > 1e-12 * turned else times
+
+    def passes(self, control: float) -> float:
+        """When the control first passes a value, s; infinite where it does not.
+
+        Raises
+        ------
+        SceneError
+            Without `stop` or `schedule`.
+        """
+        times, pieces, _ = self.motion
+        side = control - self.begin
+        for k, piece in enumerate(pieces[:-1] if self.schedule is not None else pieces[:1]):
+            length = times[k + 1] - times[k]
+            at = np.linspace(0.0, length, 65)
+            off = (np.polyval(piece[::-1], at) - control) * math.copysign(1.0, side)
+            beyond = np.flatnonzero(off >= 0.0)
+            if beyond.size:
+                low, high = at[max(int(beyond[0]) - 1, 0)], at[int(beyond[0])]
+                for _ in range(60):
+                    middle = 0.5 * (low + high)
+                    if (np.polyval(piece[::-1], middle) - control) * side >= 0.0:
+                        high = middle
+                    else:
+                        low = middle
+                return float(times[k] + high) * self.ribbon.inertial_time
+        return math.inf
 
     @property
     def duration(self) -> float:

@@ -47,7 +47,7 @@ def turned(angle, twist):
 
 
 def random_rod(extensible, vary="left"):
-    """A loaded rod of a natural shape, far from equilibrium, and its Lagrangian by increments and parameter."""
+    """A loaded rod of a natural shape, far from equilibrium; its Lagrangian by increments and parameter."""
     rng = np.random.default_rng(3)
     value, fixed = 0.3, 0.3 * rng.normal(size=8)
     moved = np.array([name == vary for name in CONTROLS], dtype=float)

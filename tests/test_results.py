@@ -52,7 +52,7 @@ def test_crossing_behind_a_kink_takes_nothing_of_what_was_before():
     late = np.maximum(time - 1.0, 0.0)
     height, velocity = 0.2 - 0.1 * time - np.expm1(late), -0.1 - np.where(time > 1.05, np.exp(late), 0.0)
     made = history(time, height, velocity=velocity)
-    stopped = History(**{**vars(made), "angle": 0.1 * np.minimum(time, 1.0)})
+    stopped = History(**{**vars(made), "control": 0.1 * np.minimum(time, 1.0)})
     root = stopped.crossing()[0]
     assert 1.05 < root < 1.1
     assert abs(0.2 - 0.1 * root - np.expm1(root - 1.0)) < 2e-7

@@ -54,7 +54,7 @@ def folds(
             if elements >= _HOPELESS and not found:
                 break
             continue
-        angle = found[-1][-1].angle if found[-1] else None
+        angle = found[-1][-1].control if found[-1] else None
         runs.append(Run(name, policy, angle, time.process_time() - begin))
         if len(found) > 2:
             # two meshes may agree by chance: what the one before differs by counts too

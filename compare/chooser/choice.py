@@ -24,8 +24,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ribbonfem import Scene, SceneError, elastica
+from ribbonfem import Scene, SceneError, elastica, kirchhoff
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
+from ribbonfem.results import told
 
 from . import levels as ladder
 from . import predicted as slow
@@ -57,7 +58,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     scene: planar or sheared; `stop` may be None: then the clamp turns until the snap.
     tolerance: rad.
     quantity: "snap", the angle at which z(1/2) first passes 0; "first snap", at which the mid
-        tangent does (U+S+ to U+S-); "fold", the last fold that a very slow ramp meets.
+        tangent does (U+S+ to U+S-); "snap time", when (s) it snaps; "fold", the last fold that a very
+        slow ramp meets.
     motion: whether the motion up to the snap is wanted too, and not the number alone.
 
     Raises
@@ -83,6 +85,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
             # a height, or a slope, that is zero at rest is crossed by rounding
             there = " and ".join(letters)
             refuse("quantity", quantity, f"needs a start with {there} in its name, not {scene.start!r}")
+    if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
+        refuse("quantity", quantity, "the control turns back, so that it tells no instant: 'snap time' does")
     if flag("motion", motion):
         choice("quantity", quantity, tuple(CROSSINGS))
         scene.require_stop()
@@ -90,6 +94,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     scene.require_buckled()
     scene.require_isolated()
     laws = shipped()
+    if not scene.usual or quantity == "snap time":
+        return _other_rig(scene, wanted, quantity, motion)
     if scene.planar:
         require_plane(scene)
     if quantity == "fold":
@@ -99,6 +105,23 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
         choice("quantity", quantity, ("snap",))
         return _planar(scene, wanted, motion, laws)
     return _ribbon(scene, wanted, quantity, motion, laws)
+
+
+def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
+    """A scene for which no law was measured: runs that check each other."""
+    lost = next((p for p in kirchhoff.instabilities(scene, extensible=True) if p.kind != "fold"), None)
+    if lost is not None:
+        where = told(scene, lost.control)
+        raise SceneError(
+            f"Scene.drive = {scene.drive!r}: at {where} the state at rest is lost at a {lost.kind}"
+            f"{' out of its plane' if lost.out_of_plane else ''}, where a perfect run stays on it; when it "
+            "snaps depends on the imperfection: a preset, as small as it may be, is needed"
+        )
+    if quantity == "fold":
+        reason = "another rig: geometrically exact elements, refined until meshes agree"
+        return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
+    reason = "another rig, of which no law was measured: elements of the Kirchhoff rod, checked by finer ones"
+    return _elements(scene, tolerance, quantity, reason, motion)
 
 
 def _side(scene: Scene) -> float:

@@ -18,6 +18,8 @@ import math
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, kirchhoff
 
 from .cost_laws import ElementLaws
@@ -52,7 +54,17 @@ _SMALL = 1e-4
 
 def scatter(scene: Scene, local: float) -> float:
     """What the snap of a smooth run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
-    return _SCATTER * local * (abs(scene.scaled_rate) + _REST)
+    return _SCATTER * local * (speed(scene) + _REST)
+
+
+def speed(scene: Scene) -> float:
+    """The largest speed of the control, per t*."""
+    if scene.schedule is None:
+        return abs(scene.scaled_rate)
+    # (of points that are told, chords will do)
+    steps = np.diff(scene.schedule.time)
+    moved = np.abs(np.diff(scene.schedule.value))[steps > 0.0] / steps[steps > 0.0]
+    return float(moved.max()) * scene.ribbon.inertial_time
 
 
 def covered(scene: Scene, laws: ElementLaws) -> bool:
@@ -60,7 +72,8 @@ def covered(scene: Scene, laws: ElementLaws) -> bool:
     low, high = laws.rate
     weak, strong = laws.damping
     return (
-        scene.ribbon == Ribbon()
+        scene.usual
+        and scene.ribbon == Ribbon()
         and low <= abs(scene.scaled_rate) <= high
         and weak <= scene.scaled_damping <= strong
         and 0.1 <= scene.compression <= 0.5
@@ -156,7 +169,7 @@ def elements(
         values.append(run.value)
         scatters.append(scatter(scene, local))
         # (the mid tangent of a planar beam is level at rest and crosses nothing)
-        rattling = rattling or (quantity == "snap" and not scene.planar and rattles(history, scene))
+        rattling = rattling or (quantity != "first snap" and not scene.planar and rattles(history, scene))
         if law and len(runs) == 1 and not rattling and run.value is not None:
             return Settled(run.value, law[1], False, tuple(runs), history)
         if len(values) == 1:

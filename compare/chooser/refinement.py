@@ -29,7 +29,7 @@ from ribbonfem.results import Value
 from .cost_laws import RibbonLaws, beam_units
 
 # what crosses zero at each instant that can be asked for
-CROSSINGS = {"snap": "height", "first snap": "slope"}
+CROSSINGS = {"snap": "height", "first snap": "slope", "snap time": "height"}
 # snaps this far apart (rad) that further refinement does not bring together come out of a rattle
 SCATTER = 0.02
 # e-foldings of a free vibration's energy after which it is forgotten
@@ -72,9 +72,10 @@ class Settled(Value):
     history: History | None
 
 
-def _angle(history: History, quantity: str) -> float | None:
-    found = history.crossing(CROSSINGS[quantity])
-    return None if found is None else found[1]
+def _instant(history: History, quantity: str) -> float | None:
+    """The control, or the time (s), at an instant."""
+    found = history.snap if CROSSINGS[quantity] == "height" else history.crossing("slope")
+    return None if found is None else found[0 if quantity == "snap time" else 1]
 
 
 def timed(
@@ -83,7 +84,7 @@ def timed(
     """A run of a model by its `simulate`: what it found, and the motion."""
     begin = time.process_time()
     history = simulate(scene, **policy)
-    return Run(name, policy, _angle(history, quantity), time.process_time() - begin), history
+    return Run(name, policy, _instant(history, quantity), time.process_time() - begin), history
 
 
 def apart(a: float | None, b: float | None) -> float:
@@ -93,20 +94,23 @@ def apart(a: float | None, b: float | None) -> float:
     return abs(a - b)
 
 
-def stopped(scene: Scene, settle: Callable[[Scene], Settled]) -> Settled:
+def stopped(scene: Scene, settle: Callable[[Scene], Settled], quantity: str = "snap") -> Settled:
     """Settle a scene by `settle`, and call it sensitive if it snaps within its error of the stop.
 
     Meshes that all stop short of a snap agree on nothing, for their limit may have one: they are run
     on beyond the stop.
     """
     found = settle(scene)
-    if scene.stop is None or scene.hold > 0.0 or found.sensitive:
+    if scene.stop is None or scene.hold > 0.0 or found.sensitive or quantity == "snap time":
         return found
     if found.value is not None:
         # a limit beyond the stop: the meshes that snap do so for their errors
         inside = abs(found.value) + found.error < abs(scene.stop)
         return found if inside else replace(found, sensitive=True)
-    further = settle(replace(scene, stop=scene.stop + math.copysign(_BEYOND, scene.stop)))
+    beyond = min(_BEYOND, 0.5 * (scene.reach_towards(scene.direction) - abs(scene.stop)))
+    if beyond <= 0.0:
+        return found
+    further = settle(replace(scene, stop=scene.stop + math.copysign(beyond, scene.stop)))
     runs = (*found.runs, *further.runs)
     near = further.value is not None and abs(further.value) - further.error < abs(scene.stop)
     if further.sensitive or near:
@@ -115,8 +119,11 @@ def stopped(scene: Scene, settle: Callable[[Scene], Settled]) -> Settled:
 
 
 def endless(scene: Scene) -> Scene:
-    """The scene with a stop: one that has none turns on for a whole turn, unless it snaps before."""
-    return replace(scene, stop=math.copysign(2.0 * math.pi, scene.rate)) if scene.stop is None else scene
+    """The scene with an end: a ramp without one goes on for a turn, or as far as the chord allows."""
+    if scene.stop is not None or scene.schedule is not None:
+        return scene
+    far = min(2.0 * math.pi if scene.turning else math.inf, scene.reach_towards(scene.direction))
+    return replace(scene, stop=math.copysign(far, scene.rate))
 
 
 def _tenth(tolerance: float) -> float:

@@ -28,8 +28,8 @@ class Answer(Value):
 
     Attributes
     ----------
-    value: rad; None where the ribbon does not snap.
-    error: estimated, rad.
+    value: of the control (rad of clamps), or s of "snap time"; None where the ribbon does not snap.
+    error: estimated, alike.
     met: whether `error` is within the tolerance asked for.
     sensitive: refinement does not settle the value: no single run decides it.
     seconds: CPU, of all runs.
@@ -155,9 +155,9 @@ class Elements(Choice):
             )
 
         try:
-            return climb.stopped(self.scene, elements)
+            return climb.stopped(self.scene, elements, self.quantity)
         except SolverError:
-            return climb.stopped(self.scene, rods)
+            return climb.stopped(self.scene, rods, self.quantity)
 
 
 class Slow(Elements):

@@ -17,8 +17,8 @@ def outward(branch: Branch, sign: float = 1.0) -> slice:
 
     The start may be met on the curve in either sense.
     """
-    first = int(np.flatnonzero(branch.angle == 0.0)[0])
-    forth = first + 1 < len(branch) and sign * branch.angle[first + 1] > 0.0
+    first = int(np.flatnonzero(branch.control == 0.0)[0])
+    forth = first + 1 < len(branch) and sign * branch.control[first + 1] > 0.0
     return slice(first, None) if forth else slice(first, None, -1)
 
 
@@ -29,7 +29,7 @@ def stable_at(branch: Branch, angle: float) -> list[tuple[float, float]]:
     """
     found = []
     for side in (1.0, -1.0):
-        away = np.asarray(branch.angle) - side * angle
+        away = np.asarray(branch.control) - side * angle
         for k in np.flatnonzero((away[:-1] * away[1:] <= 0.0) & branch.stable[:-1] & branch.stable[1:]):
             share = away[k] / (away[k] - away[k + 1]) if away[k] != away[k + 1] else 0.0
             height, slope = (

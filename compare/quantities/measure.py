@@ -19,7 +19,7 @@ from compare.models import MODEL_INFO, MODELS
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.model_info import defaults
 from ribbonfem.options import OptionError
-from ribbonfem.results import Array, Fold, Value
+from ribbonfem.results import Array, Fold, Value, told
 from ribbonfem.scene import shown
 
 MESHES = ("elements", "nodes")
@@ -140,9 +140,13 @@ def step_at(history: History, angle: float) -> tuple[slice, Array]:
     SolverError
         If it was not reached.
     """
-    if not min(history.angle[0], history.angle[-1]) <= angle <= max(history.angle[0], history.angle[-1]):
-        raise SolverError(f"the run ended at alpha = {history.angle[-1]:.6g}, before {angle:.6g}")
-    along = np.abs(history.angle)
+    if (
+        not min(history.control[0], history.control[-1])
+        <= angle
+        <= max(history.control[0], history.control[-1])
+    ):
+        raise SolverError(f"the run ended at {told(history.scene, history.control[-1])}, before {angle:.6g}")
+    along = np.abs(history.control)
     k = int(np.searchsorted(along, abs(angle)))
     first = min(max(k - 2, 0), max(len(along) - 4, 0))
     rows = slice(first, first + min(4, len(along)))
@@ -172,7 +176,7 @@ def energy_at(history: History, angle: float) -> float:
 def balance_of(history: History) -> float:
     """Largest defect (EI2/L) of kinetic + elastic + dissipated - work, which an exact motion keeps."""
     e = history.energies
-    total = e["kinetic"] + e["elastic"] + e["dissipated"] - e["work"]
+    total = e["kinetic"] + e["elastic"] + e["potential"] + e["dissipated"] - e["work"]
     return float(np.abs(total - total[0]).max())
 
 
@@ -248,7 +252,7 @@ def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fo
 def _fold(which: int) -> Measure:
     def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
         found, seconds = _folds(name, scene, policy)
-        return found[which].angle, seconds
+        return found[which].control, seconds
 
     return measure
 
@@ -256,20 +260,22 @@ def _fold(which: int) -> Measure:
 def fold_angles(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Array, float]:
     """Angles of all the folds that the ramp meets, and CPU seconds."""
     found, seconds = _folds(name, scene, policy)
-    return np.array([fold.angle for fold in found]), seconds
+    return np.array([fold.control for fold in found]), seconds
 
 
-def _crossing(quantity: str) -> Measure:
+def _crossing(quantity: str, time_of: bool = False) -> Measure:
     def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
         allowed = defaults_of(name, "simulate") if hasattr(MODELS[name], "simulate") else {}
         extra: dict[str, Any] = {"until": "snap"} if quantity == "height" else {}
         if "configurations" in allowed:
             extra["configurations"] = False
         history, seconds = run(name, scene, {**extra, **policy})
-        found = history.crossing(quantity)
+        found = history.snap if quantity == "height" else history.crossing(quantity)
         if found is None:
-            raise SolverError(f"the {quantity} does not change sign up to alpha = {scene.stop}")
-        return found[1], seconds
+            raise SolverError(
+                f"the {quantity} does not change sign up to {told(scene, scene.require_stop())}"
+            )
+        return found[0 if time_of else 1], seconds
 
     return measure
 
@@ -317,12 +323,13 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "fold": Quantity("angle (rad) of the last fold that a very slow ramp meets", _fold(-1), "folds"),
         "first fold": Quantity("angle (rad) of the first of them", _fold(0), "folds"),
         "snap": Quantity("angle (rad) of the ramp where z(1/2) = 0", _crossing("height"), "simulate"),
+        "snap time": Quantity("time (s) of that instant", _crossing("height", True), "simulate"),
         "first snap": Quantity(
             "angle (rad) where the mid tangent has t_z = 0", _crossing("slope"), "simulate"
         ),
         "shape": Quantity(
             "positions (L): at the end of the ramp, or at rest, alpha = 0, in a scene without stop",
-            _at("shape", lambda history, name: shape_at(history, name, float(history.angle[-1]))),
+            _at("shape", lambda history, name: shape_at(history, name, float(history.control[-1]))),
             "either",
         ),
         "energy": Quantity(

@@ -35,7 +35,7 @@ from ribbonfem.ends import held, moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.options import checked, require_duration
-from ribbonfem.results import Array, History, RestState, SolverError, told
+from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
 from ribbonfem.scene import Scene
@@ -168,7 +168,11 @@ def simulate(
         start, first, began = initials.of(problem, scene, initial)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ends = moving(scene, began=began) if began else None
-    ramp = ramp_of(scene, control, ends=ends, every=every or 1, barrier=barrier)
+    since = 0.0
+    if until == "snap" and not scene.usual:
+        # a snap is asked for: what is one is said by the states at rest
+        since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
+    ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -267,6 +271,7 @@ def ramp_of(
     control: Control,
     *,
     ends: Ends | None = None,
+    since: float = 0.0,
     every: int = 1,
     barrier: float = -np.inf,
 ) -> Ramp:
@@ -278,6 +283,7 @@ def ramp_of(
         scene,
         control,
         ends,
+        since,
         newton=newton,
         every=every,
         barrier=barrier,

@@ -3,12 +3,19 @@
     compression = 0.40
     shear = 0.37
     start = "U+S-"
+    drive = "left"            # or a table [drive] left = 1.0, right = 0.5
     rate = 0.1
     stop = 0.8
+    gravity = [0, 0, -9.81]
+
+    [preset]
+    lift = 0.01
 
     [ribbon]
     thickness = 0.005
 
+Instead of rate, stop and hold a table [schedule] says the control in time: time, value and kind, or
+file = "alpha.csv" beside the scene file, with the columns time, value and the units of `Schedule.from_csv`.
 What is left out keeps its default; the ratios of a ribbon, `bending_ratio` and `twist_ratio`, follow
 from its section where they are left out.
 """
@@ -21,7 +28,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from ribbonfem import Ribbon, Scene, SceneError
+from ribbonfem import Ribbon, Scene, SceneError, Schedule
 from ribbonfem.scene import shown
 
 # the ratios of a ribbon are given by name, and kept in one field
@@ -33,6 +40,10 @@ def _names(owner: type[Scene] | type[Ribbon]) -> list[str]:
     return [*names, *_RATIOS] if owner is Ribbon else names
 
 
+# keys of a table [schedule]; and those that go with a file
+_SCHEDULE, _FILE = ("time", "value", "kind", "slope"), ("file", "time", "value", "units", "kind")
+# (also by its old name)
+_OLD = ("turned",)
 _FIELDS = ", ".join(name for name in _names(Scene) if name != "ribbon")
 
 
@@ -52,7 +63,7 @@ def _meant(owner: type[Scene] | type[Ribbon], name: str) -> str:
 def _known(owner: type[Scene] | type[Ribbon], table: dict[str, Any], path: Path) -> None:
     names = _names(owner)
     for name, value in table.items():
-        if name not in names:
+        if name not in names and not (owner is Scene and name in _OLD):
             raise SceneError(
                 f"{path}: {owner.__name__}.{name} = {shown(value)}: not a field{_meant(owner, name)}; "
                 f"the fields are {', '.join(names)}"
@@ -93,6 +104,34 @@ def read_scene(path: Path | str) -> Scene:
         raise SceneError(f"{path}: Scene.ribbon = {shown(ribbon)}: a table of the fields of Ribbon is needed")
     _known(Ribbon, ribbon, path)
     try:
+        if "schedule" in table:
+            table["schedule"] = _schedule(table["schedule"], path.parent)
         return Scene(ribbon=Ribbon(**ribbon), **table)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from error
+
+
+def _schedule(table: object, folder: Path) -> Schedule:
+    """The schedule of a table, or of the file that it names."""
+    if not isinstance(table, dict):
+        raise SceneError(
+            f"Scene.schedule = {shown(table)}: a table is needed, of {', '.join(_SCHEDULE)}, or with a file"
+        )
+    allowed = _FILE if "file" in table else _SCHEDULE
+    for name, value in table.items():
+        if name not in allowed:
+            raise SceneError(f"schedule.{name} = {shown(value)}: not a key; there are {', '.join(allowed)}")
+    if "file" not in table:
+        missing = [name for name in ("time", "value") if name not in table]
+        if missing:
+            raise SceneError(
+                f"schedule.{missing[0]}: is missing; instants (s) and values of the control are needed"
+            )
+        return Schedule(**table)
+    given = dict(table)
+    name = given.pop("file")
+    if not isinstance(name, str):
+        raise SceneError(f"schedule.file = {shown(name)}: the name of a file is needed")
+    if isinstance(given.get("units"), list):
+        given["units"] = tuple(given["units"])
+    return Schedule.from_csv(folder / name, **given)

@@ -106,7 +106,8 @@ class Ramp(NamedTuple):
     newton: float
     first: float  # the longest step behind a kink
     smallest: float
-    snap: bool  # whether to end soon after the height changes sign
+    snap: bool  # whether to end soon after the height passes that of the clamps
+    since: float  # from when on that counts
     departed: float  # from zero the height has to have been this far before it crosses it
     every: int  # steps to a row that is kept; the others are for events alone
     barrier: float  # energy below which a beam that is held to the end cannot leave its state any more

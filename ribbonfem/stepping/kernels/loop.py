@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ribbonfem.ends.kernels import control_at
+from ribbonfem.ends.kernels import LIFT, control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
@@ -116,7 +116,7 @@ def _held(ramp: Ramp, clock: Array) -> bool:
 
 
 @compiled()
-def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
+def _watch(ramp: Ramp, clock: Array, control: float, height: float, total: float) -> int:
     """What a new row says: GREW, DONE, or FULL to go on."""
     excess = total + clock[DISSIPATED] - clock[WORK]
     clock[LOWEST] = min(clock[LOWEST], excess)
@@ -125,6 +125,11 @@ def _watch(ramp: Ramp, clock: Array, height: float, total: float) -> int:
         return GREW
     if _held(ramp, clock) and total < ramp.barrier:
         return DONE
+    # above the mean of both clamps
+    ends = ramp.ends
+    height -= 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * control)
+    if clock[TIME] < ramp.since:
+        return FULL
     if clock[SIDE] == 0.0 and abs(height) > ramp.departed:
         clock[SIDE] = height
     if ramp.snap and (clock[AFTER] > 0.0 or (height * clock[SIDE] <= 0.0 and clock[SIDE] != 0.0)):
@@ -162,7 +167,9 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     rows[0, KEPT] = 1.0
                     record(model, rows, 0)
                     _write(clock, rows, 0, reached, measured)
-                    clock[SIDE] = rows[0, HEIGHT] if abs(rows[0, HEIGHT]) > ramp.departed else 0.0
+                    above = rows[0, HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * reached)
+                    counts = abs(above) > ramp.departed and clock[TIME] >= ramp.since
+                    clock[SIDE] = above if counts else 0.0
                 clock[WORK] += 0.5 * (clock[SPUN] + spin) * lever * project(model, ramp, clock, spin, True)
                 kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
@@ -279,7 +286,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             rows[row, KEPT] = 1.0 if kept else 0.0
             record(model, rows, row)
             _write(clock, rows, row, reached, measured)
-            status = _watch(ramp, clock, rows[row, HEIGHT], total)
+            status = _watch(ramp, clock, reached, rows[row, HEIGHT], total)
             if status != FULL:
                 return status
             if kept:
