@@ -100,7 +100,7 @@ class Value:
     """What the frozen results have in common: equal and hashed by content, and read-only throughout.
 
     For dataclasses made with ``frozen=True, eq=False``.  The time that a computation took, `seconds` or
-    ``stats["seconds"]``, is not its content.
+    ``stats["seconds"]``, is not its content; nor is `resume`, what a stepper holds at the end.
     """
 
     def __post_init__(self) -> None:
@@ -115,6 +115,7 @@ class Value:
     def _content(self) -> dict[str, Any]:
         content = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
         content.pop("seconds", None)
+        content.pop("resume", None)
         if isinstance(content.get("stats"), Mapping):
             content["stats"] = {name: v for name, v in content["stats"].items() if name != "seconds"}
         return content
