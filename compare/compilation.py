@@ -57,10 +57,6 @@ def _planar_rest() -> list[Any]:
     return [[fold.angle, fold.height, fold.load] for fold in met]
 
 
-def _planar_motion() -> list[Any]:
-    return [part for name in ("quasilinear", "elastica") for part in _motion(name, _PLANAR, elements=8)]
-
-
 def _elements_rest() -> list[Any]:
     return [[fold.angle, fold.height, fold.load] for fold in MODELS["kirchhoff"].folds(_RIBBON, elements=8)]
 
@@ -79,11 +75,16 @@ JOBS = {
         25.0,
         lambda: _motion("kirchhoff", _RIBBON, elements=8, method="discrete-gradient", step=1e-3),
     ),
-    "planar beams in motion": Job("ribbonfem.stepping.kernels.beams", 12.0, _planar_motion),
+    "elastica in motion": Job(
+        "ribbonfem.elastica.kernels.loop", 15.0, lambda: _motion("elastica", _PLANAR, elements=8)
+    ),
+    "beams of small slopes in motion": Job(
+        "ribbonfem.quasilinear.kernels.loop", 11.0, lambda: _motion("quasilinear", _PLANAR, elements=8)
+    ),
     "rods in motion": Job("der.kernels.loop", 8.0, lambda: _motion("der", _RIBBON, nodes=21)),
     "rods at rest": Job("der.kernels.loop", 6.0, _rods_rest),
     "elements at rest": Job("ribbonfem.kirchhoff.kernels.statics", 6.0, _elements_rest),
-    "planar beams at rest": Job("ribbonfem.linalg.banded", 3.0, _planar_rest),
+    "planar beams at rest": Job("ribbonfem.elastica.kernels.statics", 4.0, _planar_rest),
 }
 
 

@@ -68,7 +68,8 @@ class RowBuffer:
         """Room for so many rows behind those that were written."""
         count = self.count + rows
         if count > len(self._arrays[0]):
-            self._resize(count + max(self._chunk // max(self._row, 1), count // 10))
+            # (what is reallocated is cleared: a short motion is not to wait for a whole chunk)
+            self._resize(count + max(min(self._chunk // max(self._row, 1), count), count // 10))
 
     def written(self, which: int = 0, beyond: int = 0) -> Array:
         """A view of the rows written to an array, with so many behind them, that `reserve` ends."""

@@ -86,7 +86,7 @@ def test_a_second_run_is_compared_with_the_first(beam):
     )
     again = accuracy.COMMAND.section(found)
     assert again.values["ranking"]["error_change"] == 0.0
-    assert again.values["ranking"]["pairs"] == 15
+    assert again.values["ranking"]["pairs"] == 21
     assert any("the run before" in line for line in again.text)
 
 

@@ -15,7 +15,7 @@ from ribbonfem import Scene
 # of each kind of model an entry that is compiled anew while others, which share its parts, are loaded
 ANEW = {
     "elements in motion": "strains",
-    "planar beams in motion": "factored",
+    "elastica in motion": "linearised",
     "rods in motion": "carry",
 }
 SCRIPT = """

@@ -1,9 +1,13 @@
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 from ribbonfem import Scene, SceneError, quasilinear
+from ribbonfem.continuation import Steps
 from ribbonfem.elements.hermite import hermite_basis
 from ribbonfem.options import OptionError
 
@@ -66,6 +70,28 @@ def test_fold_converges_with_order_four():
     orders = np.log2(np.abs(errors[32] / errors[64]))
     assert np.all(np.abs(orders - 4) < 0.1), f"expected order 4, observed {orders}"
     assert np.abs((16 * errors[64] - errors[32]) / 15).max() <= 5e-9
+
+
+def test_the_folds_own_equation_is_that_of_the_continuation():
+    """Both of one mesh; and of one element of high degree the closed form to rounding."""
+    for mesh in ({"elements": 9}, {"elements": 16}, {"elements": 2, "degree": 7}, {"degree": 10}):
+        (solved,), (followed,) = (quasilinear.folds(SCENE, steps=steps, **mesh) for steps in (None, Steps()))
+        assert abs(solved.angle - followed.angle) < 1e-10
+        assert abs(solved.height - followed.height) < 1e-7
+        assert abs(solved.load / followed.load - 1.0) < 1e-7
+    (fold,) = quasilinear.folds(SCENE)
+    scale = SCENE.compression**0.5
+    assert abs(fold.load**0.5 - EXACT.sigma) < 1e-10
+    assert abs(fold.angle / scale - EXACT.mu) < 1e-10
+    assert abs(fold.height / scale - EXACT.height) < 1e-8
+    errors = [abs(quasilinear.folds(SCENE, degree=p)[0].angle / scale - EXACT.mu) for p in (8, 10, 12, 14)]
+    assert all(after < before / 50.0 for before, after in pairwise(errors)), errors
+
+
+def test_turned_the_other_way_it_never_folds():
+    for changes in ({"rate": -1.0}, {"start": "U-"}):
+        assert quasilinear.folds(replace(SCENE, **changes)) == ()
+        assert quasilinear.folds(replace(SCENE, **changes), elements=16, steps=Steps()) == ()
 
 
 def test_branch_matches_closed_form_and_its_stability():

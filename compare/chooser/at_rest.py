@@ -12,7 +12,7 @@ from .refinement import Run, apart
 
 # meshes of the elements at rest, each to be checked by the two before it: the third is the model's default
 AT_REST = {
-    "elastica": (24, 32, 48, 64, 96, 128, 192, 256),
+    "elastica": (8, 12, 16, 24, 32, 48, 64, 96),
     "kirchhoff": (16, 24, 32, 48, 64, 96, 128, 192, 256),
 }
 # elements at which a start that none of the coarser meshes has is given up

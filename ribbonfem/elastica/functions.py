@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 
-import numpy as np
-
-from ribbonfem.continuation import Steps, equilibrium
+from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
-from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
+from ribbonfem.delay import NormalForm, normal_form, scene_departure
 from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.kernels import Scheme
+from ribbonfem.stepping.motion import Motion
 from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
+from . import motion
 from . import out_of_plane as sideways
-from .motion import at_rest, tables, vibrations
-from .problem import Statics
+from .problem import Statics, _State
 
 __all__ = ["equilibria", "escape", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
 
-TOLERANCE = 3e-6
+# elements at rest and in motion
+AT_REST, ELEMENTS = 16, 8
+TOLERANCE = 3e-5
 
 
 def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
@@ -45,21 +47,40 @@ def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
         if not problem.side * height > 0.1 * above**0.5:
             raise SceneError(
                 f"Scene.compression = {scene.compression!r}: so close above Euler's load, "
-                f"{scene.ribbon.euler_shortening!r}, the beam of {problem.mesh.elements} elements stays flat"
+                f"{scene.ribbon.euler_shortening!r}, the beam of {problem.elements} elements stays flat"
             )
     return problem
 
 
+def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[Event[_State], ...]:
+    """As `ramp_folds`, which looks where a ramp lands beyond each fold.
+
+    A clamp that is turned against its beam meets one, beyond which the beam is on the other side.
+    """
+    limit = 2.0 * math.pi if scene.stop is None else abs(scene.stop)
+    if scene.rate * problem.side > 0.0:
+        point = first_point(problem, problem.start(), 0.0, scene.rate)
+        for segment in trace(problem, point, (-limit, limit), steps):
+            if segment.end.index or segment.events:
+                fold = segment.events[0] if segment.events else None
+                if fold is not None and fold.kind == "fold" and segment.start.index == 0:
+                    return (fold,)
+                break
+        else:
+            return ()
+    return ramp_folds(problem, problem.start(), scene, steps)
+
+
 @checked
 def folds(
-    scene: Scene, *, elements: int = 48, extensible: bool = False, steps: Steps | None = None
+    scene: Scene, *, elements: int = AT_REST, extensible: bool = False, steps: Steps | None = None
 ) -> tuple[Fold, ...]:
     """The folds that a very slow ramp meets (one, on the side of the start state).
 
     Parameters
     ----------
     scene: a planar scene.
-    elements: cubic elements, at least 4; errors fall as elements^-6.
+    elements: of degree 5, at least 4; errors fall as elements^-10.
     extensible: whether the beam stretches, with EA of the rectangular section.
     steps: continuation step control.
 
@@ -69,23 +90,25 @@ def folds(
         For a sheared scene, a mesh that cannot be, a continuation that fails.
     """
     problem = _problem(scene, elements, extensible)
-    found = ramp_folds(problem, problem.start(), scene, steps)
+    found = _folds(problem, scene, steps)
     of = {"model": "elastica", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
 @checked
-def normal_forms(scene: Scene, *, elements: int = 10, extensible: bool = False) -> tuple[NormalForm, ...]:
+def normal_forms(
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False
+) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
     problem = _problem(scene, elements, extensible)
-    return ramp_normal_forms(problem, problem.start(), scene)
+    return tuple(normal_form(problem, fold) for fold in _folds(problem, scene))
 
 
 @checked
-def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) -> float:
+def leaves_plane(scene: Scene, *, elements: int = AT_REST, extensible: bool = False) -> float:
     """The angle (rad) at which the planar state at rest loses its stability out of its plane.
 
     From the second variation, bending about the normal and twist, of the states from alpha = 0 in
@@ -101,20 +124,20 @@ def leaves_plane(scene: Scene, *, elements: int = 48, extensible: bool = False) 
 
 
 @checked
-def frequencies(scene: Scene, *, count: int = 6, elements: int = 48, extensible: bool = False) -> Array:
+def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extensible: bool = False) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
     Parameters and errors as in `folds`.
     """
     problem = _problem(scene, elements, extensible)
-    return vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
+    return motion.vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
 
 
 @checked
 def equilibria(
     scene: Scene,
     *,
-    elements: int = 48,
+    elements: int = AT_REST,
     extensible: bool = False,
     span: tuple[float, float] = (-1.5, 1.5),
     unstable: int = 2,
@@ -131,28 +154,31 @@ def equilibria(
     return curve.as_branch(scene, policy, "elastica", problem.arclength)
 
 
-def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, Array]]:
-    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of rows of the loop's dofs."""
-    mesh = problem.mesh
-    nodes = mesh.degree * np.arange(mesh.elements + 1)
-    index, weights = mesh.middle_weights()
-    bend = mesh.nodal_slopes()
+def _integrated(
+    problem: Statics,
+    state: _State,
+    scene: Scene,
+    control: Control,
+    held: Held | None = None,
+    every: int | None = None,
+) -> Motion:
+    """The motion from an equilibrium, or held beside it."""
+    u = motion.at_rest(problem, state)
 
-    def observe(q: Array, w: Array) -> tuple[Array, Array, Array]:
-        x, z = q[:, nodes], q[:, mesh.count + nodes]
-        slope, curvature = np.sin(w[:, index] @ weights), w[:, : mesh.count] @ bend.T
-        return slope, np.stack((x, np.zeros_like(x), z), axis=2), curvature
+    def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
+        return motion.Motion(problem, u, scheme, rows, velocity)
 
-    return observe
+    shapes = len(problem.arclength), u.size
+    return integrate("elastica", begin, scene, control, motion.observer(problem), shapes, held, every)
 
 
 @checked
 def simulate(
     scene: Scene,
     *,
-    elements: int = 10,
+    elements: int = ELEMENTS,
     extensible: bool = False,
-    method: str | Tableau = "tr-bdf2",
+    method: str | Tableau = "esdirk4",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,
@@ -164,14 +190,16 @@ def simulate(
     Parameters
     ----------
     scene: a planar scene with a `stop`.
-    elements: cubic elements, at least 4; errors fall as elements^-6.
+    elements: of degree 5, at least 4; errors fall as elements^-10.
     extensible: whether the beam stretches, with EA of the rectangular section.
-    method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
+    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+        (trapezoidal) or "implicit-euler".
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
         where no next state is found.
-    tolerance: of the adaptive step, the local error of positions in L; 3e-6 if neither is given,
-        which leaves 3e-5 rad in a snap's angle in the median of drawn scenes and 2e-4 at most, where the
-        mesh leaves 4e-6 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
+    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
+        beam creeps (down to 0.01 of it); 3e-5 if neither is given,
+        which leaves 3e-6 rad in a snap's angle in the median of drawn scenes and 7e-5 at most, where the
+        mesh leaves 1e-8 and 2e-5 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
         thins them out then (`History`).
@@ -193,9 +221,7 @@ def simulate(
     problem = _problem(scene, elements, extensible)
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    motion = integrate(
-        tables(problem), scene, control, *at_rest(problem, state), _observer(problem), every=every
-    )
+    moved = _integrated(problem, state, scene, control, every=every)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -206,8 +232,8 @@ def simulate(
         "every": every,
         "until": until,
     }
-    motion.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
-    return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)
+    moved.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
+    return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
 
 
 @checked
@@ -216,9 +242,9 @@ def escape(
     *,
     fold: int = 0,
     amplitude: float = 3e-3,
-    elements: int = 10,
+    elements: int = ELEMENTS,
     extensible: bool = False,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-6,
     until: str = "end",
 ) -> History:
     """The motion that leaves a fold at the fold's own angle, the clamp held there.
@@ -238,15 +264,13 @@ def escape(
     OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
-    control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem = _problem(scene, elements, extensible)
     found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
-    q, w = at_rest(problem, found.state)
-    x, z = problem.moving(found.state, found.velocity)
+    velocity = problem.moving(found.state, found.velocity)
     # the right clamp, to the last digit
-    x[-1] = z[-1] = 0.0
-    held = Held(found.form.angle, np.concatenate((x, z)), duration)
-    motion = integrate(tables(problem), scene, control, q, w, _observer(problem), held)
+    velocity[-1] = 0.0
+    moved = _integrated(problem, found.state, scene, control, Held(found.form.angle, velocity, duration))
     policy = {
         "fold": fold,
         "amplitude": amplitude,
@@ -255,4 +279,4 @@ def escape(
         "tolerance": tolerance,
         "until": until,
     }
-    return motion.as_history(scene, policy, model="elastica", arclength=problem.arclength)
+    return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)

@@ -12,10 +12,10 @@ MODEL_INFO = ModelInfo(
     planar=True,
     methods=ORDERS,
     adaptive=ADAPTIVE,
-    # three Gauss points an element: 2 p = 6
-    order=lambda policy: 6.0,
+    # five Gauss points an element: 2 p = 10
+    order=lambda policy: 10.0,
     size=lambda policy: 1.0 / policy["elements"],
-    at_rest=lambda elements: 3 * elements + 1,
+    at_rest=lambda elements: 5 * elements + 1,
     # positions and forces are unknowns too
-    in_motion=lambda elements: 15 * elements - 3,
+    in_motion=lambda elements: 25 * elements - 3,
 )

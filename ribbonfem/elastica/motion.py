@@ -2,54 +2,152 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache
+
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 from ribbonfem.continuation.vibration import lowest_squares
+from ribbonfem.elements.lobatto import lobatto_points
+from ribbonfem.jit.groups import groups_of, in_fours
+from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels import ELASTICA, Tables, element_elastica, local_places
+from ribbonfem.stepping.kernels import KINK, Ramp, Scheme
+from ribbonfem.stepping.kernels.controls import COMPRESSION, LIFT
 
-from .problem import Statics, _State
+from .kernels import arrays, condensed, loop, tangent
+from .kernels.beam import FORCE, PHI, ROWS, Beam, P, Z, solver
+from .problem import Statics, _State, mesh_of
+
+# 1/t*^2; the lowest frequencies squared are some hundreds
+SHIFT = 100.0
 
 
-def tables(problem: Statics) -> Tables:
+@lru_cache(maxsize=32)
+def _constants(elements: int) -> dict[str, Array]:
+    """What a beam has of its mesh alone; kept."""
+    mesh = mesh_of(elements)
+    inside = mesh.coupling[:, 1:P]
+    real = np.zeros(WIDTH * groups_of(elements))
+    real[:elements] = 1.0
+    # a node between two elements is in a state twice
+    halves = mesh.middle.copy()
+    if elements % 2 == 0:
+        left = elements // 2 - 1
+        halves[left, P] = halves[left + 1, 0] = 0.5
+    middle = _once(halves)
+    return {
+        "value": mesh.tables.value,
+        "weights": mesh.weights,
+        "coupling": mesh.coupling,
+        "bending": mesh.bending,
+        "share": (inside / mesh.lumps[1:P]) @ inside.T,
+        "mass": mesh.lumps,
+        "light": 1.0 / mesh.lumps,
+        "inside": mesh.coupling / mesh.lumps,
+        "real": real.reshape(-1, WIDTH),
+        "middle": middle,
+        "push": np.ascontiguousarray(middle / mesh.lumps[:, None]),
+    }
+
+
+def discretised(problem: Statics) -> Beam:
     """The beam as arrays for the compiled time loop."""
-    mesh = problem.mesh
-    coupling = np.einsum("eiq,ekq,eq->eik", mesh.grad, mesh.force, mesh.dx)
-    # what is orthogonal is zero, and the kernel passes over it
-    coupling[np.abs(coupling) < 1e-12] = 0.0
-    index, weight = mesh.middle_weights()
-    none = np.zeros((0, 0))
-    return Tables(
-        kind=ELASTICA,
-        clamp=-1.0,
-        middle_dof=mesh.count + index,
-        middle_weight=weight,
-        value=np.ascontiguousarray(mesh.value),
-        force=np.ascontiguousarray(mesh.force),
-        dx=mesh.dx,
-        bending=problem.stiffness,
-        inertia=problem.inertia,
-        coupling=coupling,
-        dofs=mesh.dofs,
-        places=local_places(mesh.degree),
-        compliance=problem.compliance,
-        stiffness=none,
-        tension=none,
-        mass=none,
+    return Beam(
+        **_constants(problem.elements),
+        natural=in_fours(problem.rig.curvature),
+        weight=problem.rig.weight,
+        soft=problem.compliance,
+        chord=problem.chord,
+        elements=problem.elements,
     )
 
 
-def at_rest(problem: Statics, state: _State) -> tuple[Array, Array]:
-    """The dofs q, w of the time loop in an equilibrium."""
-    mesh = problem.mesh
+def _once(table: Array) -> Array:
+    """`in_fours`, with nothing where there is no element."""
+    whole = in_fours(table)
+    whole[-1, ..., (len(table) - 1) % WIDTH + 1 :] = 0.0
+    return whole
+
+
+def at_rest(problem: Statics, state: _State, parameter: float = 0.0) -> Array:
+    """The state (G, ROWS, WIDTH) of the time loop in an equilibrium."""
     x, z = problem.shape(state)
     # the right clamp, to the last digit
-    x[-1], z[-1] = problem.chord, 0.0
-    force = np.zeros((mesh.elements, 2, mesh.degree))
-    force[:, :, 0] = state.force
-    return np.concatenate((x, z)), np.concatenate((state.phi, force.ravel()))
+    controls = problem.controls(parameter)
+    x[-1], z[-1] = problem.chord - controls[COMPRESSION], controls[LIFT]
+    force = problem.force(state).reshape(problem.elements, 2 * P)
+    nodes = problem.nodes
+    return in_fours(np.concatenate((x[nodes], z[nodes], state.phi[nodes], force), axis=1))
+
+
+def in_rows(problem: Statics, field: Array) -> Array:
+    """Rates (G, PHI, WIDTH) of a field (nodes, 2) along x and z."""
+    return in_fours(np.concatenate((field[problem.nodes, 0], field[problem.nodes, 1]), axis=1))
+
+
+class Motion:
+    """A beam in motion, as `stepping.newmark` runs it; with a velocity (nodes, 2) its clamps are held."""
+
+    def __init__(
+        self, problem: Statics, u: Array, scheme: Scheme, rows: int, velocity: Array | None = None
+    ) -> None:
+        groups = u.shape[0]
+        still = np.zeros((groups, PHI, WIDTH))
+        self.clock = np.zeros(arrays.CLOCK_SIZE)
+        self.clock[KINK] = 1.0
+        self.scheme = scheme
+        self.states = np.empty((rows, groups, FORCE, WIDTH))
+        v = still.copy() if velocity is None else in_rows(problem, velocity)
+        motion = arrays.Motion(u.copy(), v, still, still.copy(), np.zeros((groups, P + 1, WIDTH)), self.clock)
+        self.model = arrays.Moving(
+            discretised(problem),
+            solver(problem.elements),
+            arrays.scratch(problem.elements, scheme.stages),
+            motion,
+            self.states,
+        )
+
+    def run(self, ramp: Ramp, rows: Array) -> int:
+        """Go on until the end, or until the rows are full."""
+        return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
+
+
+@lru_cache(maxsize=32)
+def _slopes(elements: int) -> Array:
+    """(P + 1, P + 1) derivatives at an element's nodes by its nodal values; kept."""
+    points = lobatto_points(P)
+    powers = np.arange(P + 1)
+    inverse = np.linalg.inv(points[:, None] ** powers)
+    slopes = (powers * points[:, None] ** np.maximum(powers - 1, 0)) @ inverse
+    return np.asarray(elements * slopes)
+
+
+def observer(problem: Statics) -> Callable[[Array], tuple[Array, Array, Array]]:
+    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of r and phi of rows."""
+    elements, nodes = problem.elements, len(problem.arclength)
+    slopes = _slopes(elements)
+    middle = problem.middle
+
+    def observe(states: Array) -> tuple[Array, Array, Array]:
+        count = len(states)
+        local = np.moveaxis(states, 3, 2).reshape(count, -1, FORCE)[:, :elements]
+        fields = local.reshape(count, elements, 3, P + 1)
+        positions = np.zeros((count, nodes, 3))
+        for c, k in ((0, 0), (2, 1)):
+            positions[:, :-1, c] = fields[:, :, k, :P].reshape(count, -1)
+            positions[:, -1, c] = fields[:, -1, k, P]
+        phi = fields[:, :, 2]
+        bent = np.einsum("rei,ji->rej", phi, slopes)
+        curvature = np.empty((count, nodes))
+        curvature[:, :-1] = bent[:, :, :P].reshape(count, -1)
+        curvature[:, -1] = bent[:, -1, P]
+        # of a node between elements the mean of both
+        curvature[:, P:-1:P] = 0.5 * (bent[:, :-1, P] + bent[:, 1:, 0])
+        e = (elements - 1) // 2
+        return np.sin(np.sum(phi[:, e] * middle[e], axis=1)), positions, curvature
+
+    return observe
 
 
 def vibrations(problem: Statics, state: _State, count: int) -> Array:
@@ -57,34 +155,21 @@ def vibrations(problem: Statics, state: _State, count: int) -> Array:
 
     Of the equations of motion: in a stretching beam the force does not stay constant along it.
     """
-    beam, mesh = tables(problem), problem.mesh
-    q, w = at_rest(problem, state)
-    still = np.zeros_like(q)
-    p, nodes, elements = mesh.degree, mesh.count, mesh.elements
-    # numbers of x, z, phi and n, in the local order
-    places = np.empty((elements, 5 * p + 3), dtype=np.int64)
-    phi, x, z, nx, nz = beam.places
-    places[:, x], places[:, z], places[:, phi] = mesh.dofs, nodes + mesh.dofs, 2 * nodes + mesh.dofs
-    forces = 3 * nodes + 2 * p * np.arange(elements)[:, None] + np.arange(2 * p)
-    places[:, nx[:p]], places[:, nz[:p]] = forces[:, :p], forces[:, p:]
-    local = np.empty((elements, 5 * p + 3, 5 * p + 4))
-    mass = np.zeros((elements, 5 * p + 3, 5 * p + 3))
-    for e in range(elements):
-        # without inertia: its factor 1 / b vanishes
-        element_elastica(beam, e, local[e], q, still, still, w, np.inf, 0.0, 0.0)
-        for rows in (x, z):
-            mass[e][np.ix_(rows, rows)] = problem.inertia[e]
-    clamped = np.array([0, nodes - 1])
-    free = np.setdiff1d(
-        np.arange(forces[-1, -1] + 1), np.concatenate([clamped + k * nodes for k in range(3)])
-    )
+    beam, u, elements = discretised(problem), at_rest(problem, state), problem.elements
+    memory = solver(elements)
+    tangent.fill(beam, memory, u, SHIFT, False)
+    condensed.factorise(memory)
+    # where a state has each inner node, once
+    places = np.arange(u.size).reshape(u.shape)
+    by_element = np.moveaxis(places, 2, 1).reshape(-1, ROWS)[:elements]
+    along = np.column_stack([by_element[:, c : c + P].ravel()[1:] for c in (0, Z)])
+    inertia = np.repeat(problem.mass[1:-1], 2)
 
-    def assembled(blocks: Array) -> csc_array:
-        rows, columns = np.broadcast_arrays(places[:, :, None], places[:, None, :])
-        size = forces[-1, -1] + 1
-        whole = csc_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
-        return whole[free][:, free]
+    def solve(right: Array) -> Array:
+        memory.rest[:] = 0.0
+        memory.rest.flat[along.ravel()] = -right
+        condensed.solve(beam, memory, SHIFT)
+        return np.asarray(memory.rest.flat[along.ravel()])
 
-    factors, inertia = splu(assembled(local[:, :, :-1])), assembled(mass)
-    squares = lowest_squares(factors.solve, lambda v: inertia @ v, len(free), count)
+    squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)
     return np.asarray(np.sqrt(squares) / problem.unit)

@@ -26,6 +26,7 @@ from ribbonfem.linalg.banded import Arrow
 from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Ribbon, Scene
 
+from .kernels.beam import P
 from .problem import Statics, _State
 
 
@@ -35,25 +36,23 @@ class Sideways:
     def __init__(self, problem: Statics, ribbon: Ribbon) -> None:
         self.problem = problem
         self.bending, self.twist = ribbon.bending_ratio, ribbon.twist_ratio
-        mesh = problem.mesh
         # theta and beta alternate along the beam
-        dofs = np.stack((2 * mesh.dofs, 2 * mesh.dofs + 1), axis=1).reshape(mesh.elements, -1)
-        self._width = 2 * mesh.degree + 1
+        dofs = np.stack((2 * problem.nodes, 2 * problem.nodes + 1), axis=1).reshape(problem.elements, -1)
+        self._width = 2 * P + 1
         low, high = dofs[:, :, None], dofs[:, None, :]
         self._lower = low >= high
         self._slot = (high * (self._width + 1) + low - high)[self._lower]
-        self._beta = 2 * mesh.dofs + 1
+        self._beta = 2 * problem.nodes + 1
 
     def index(self, state: _State) -> int:
         """Number of unstable directions out of the plane."""
-        mesh = self.problem.mesh
-        _, _, along, across = self.problem._section(state)
-        kappa = mesh.at_gauss(state.phi, mesh.grad)
-        stretch = 1.0 + self.problem.compliance * along
-        value, grad, dx = mesh.value, mesh.grad, mesh.dx
+        problem = self.problem
+        kappa, _, _, along, across = problem.section(state)
+        stretch = 1.0 + problem.compliance * along
+        value, grad, dx = problem.tables.value, problem.tables.slope[0], problem.tables.weights
 
         def form(left: Array, right: Array, factor: Array) -> Array:
-            return np.asarray(np.einsum("eiq,ejq,eq->eij", left, right, factor * dx))
+            return np.asarray(np.einsum("qi,qj,eq->eij", left, right, factor * dx))
 
         one = np.ones_like(dx)
         theta = self.twist * form(grad, grad, one) + form(value, value, (self.bending - 1.0) * kappa**2)
@@ -64,11 +63,11 @@ class Sideways:
         )
         mixed -= form(value, value, 0.5 * stretch * across)
         tangent = np.block([[theta, mixed], [mixed.swapaxes(1, 2), beta]])
-        count = 2 * mesh.count
+        count = 2 * len(problem.arclength)
         band: Array = np.zeros((count, self._width + 1))
         np.add.at(band.ravel(), self._slot, tangent[self._lower])
         border = np.zeros((1, count))
-        np.add.at(border[0], self._beta, np.einsum("eiq,eq->ei", value, stretch * dx))
+        np.add.at(border[0], self._beta, (stretch * dx) @ value)
         band = band[2:-2].copy()
         for d in range(1, self._width + 1):
             band[len(band) - d :, d] = 0.0

@@ -10,20 +10,18 @@ so that r' = t (1 + c n . t).  The clamps are r(0) = 0, r(1) = (1 - dL/L, 0), ph
 phi(1) = 0.  `extensible=False` is c = 0, the paper's elastica; `extensible=True` has the
 stretching stiffness of the rectangular section.
 
-Discretisation
---------------
-phi and r are continuous cubics with hierarchical (Legendre) bubbles; n lies in the derivatives
-of that space, discontinuous quadratics, and every integral is taken with three Gauss points an
-element.  This is the same as collocation of r' = t (1 + c n . t) at the Gauss points, or as
-selective reduced integration of a Simo-Reissner beam without shear.  Measured against C1
-elements and displacement forms:
+Discretisation: that of the Kirchhoff elements, in the plane.  phi and r are continuous of degree
+p = 5, by their values at the Gauss-Lobatto nodes; n has its values at the p Gauss points of an
+element, which take all integrals, and the mass is lumped at the nodes.  This is the same as
+collocation of r' = t (1 + c n . t) at the Gauss points, or as selective reduced integration of a
+Simo-Reissner beam without shear:
 
 * nothing locks, because stretch is a force here and not a difference of positions: the same
   code serves c = 0 and c > 0, and folds at h = 0.001 L are as exact as at h = 0.1 L;
-* nodal values and folds converge with the sixth power of the mesh (2p for degree p), as
+* nodal values, folds and snaps converge with the power 2 p = 10 of the mesh, as
   collocation at Gauss points does (de Boor & Swartz, SIAM J. Numer. Anal. 10 (1973) 582);
-* at rest n is constant and r follows from phi by quadrature: the statics have the unknowns
-  phi and one force, a band with a border of two rows.
+* at rest n is a constant, and what the loads leave of it, and r follows from phi by quadrature: the
+  statics have the unknowns phi and one force, a band with a border of two rows.
 
 Rotary inertia is left out, as in the paper's beam: of a thin strip it moves frequencies by
 h^2 pi^2 / 24 L^2, 4e-5 for the default ribbon.
@@ -32,169 +30,250 @@ h^2 pi^2 / 24 L^2, 4e-5 for the default ribbon.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
-from ribbonfem.elements.legendre import Mesh
+from ribbonfem.elements.lobatto import LineTables, interpolation_at, line_tables, lobatto_weights
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
+from ribbonfem.stepping.kernels.controls import COMPRESSION, CONTROLS, LEFT, LIFT, PUSH, RIGHT
+
+from .kernels import statics as kernels
+from .kernels.beam import P
 
 
 @dataclass(frozen=True)
 class _State:
-    """The angle phi (dofs) with the clamps in place, and the force n (2,), constant along the beam."""
+    """phi at the nodes with the clamps in place, n (2,) without what loads make of it, and the push."""
 
     phi: Array
     force: Array
+    push: float
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is done to a beam besides its compression.
+
+    Attributes
+    ----------
+    controls: (CONTROLS,) where they stand at parameter 0 (`stepping.kernels.controls`), and `moves`, how they
+        change with it.
+    weight: (2,) along x and z, in EI2/L^3.
+    curvature: (elements, P) without a moment, phi' at the Gauss points in 1/L.
+    """
+
+    controls: Array
+    moves: Array
+    weight: Array
+    curvature: Array
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A uniform mesh of elements of degree P.
+
+    Attributes
+    ----------
+    tables: of scikit-fem's element.
+    nodes: (elements, P + 1) numbers of each element's nodes.
+    lumps: (P + 1,) masses of an element's nodes; mass: (nodes,) of all.
+    weights: (P,); coupling: (P, P + 1), weights times derivatives of the shape functions; bending:
+        (P + 1, P + 1), int N_i' N_j', of an element.
+    middle: (elements, P + 1), by which nodal values are one at midspan.
+    """
+
+    tables: LineTables
+    nodes: NDArray[np.int64]
+    lumps: Array
+    mass: Array
+    weights: Array
+    coupling: Array
+    bending: Array
+    middle: Array
+
+
+@lru_cache(maxsize=32)
+def mesh_of(elements: int) -> Mesh:
+    """The mesh of so many elements; kept."""
+    tables = line_tables(elements, P)
+    nodes = np.arange(elements)[:, None] * P + np.arange(P + 1)
+    # (a read-only array is another type to compiled code)
+    lumps = lobatto_weights(P) / elements
+    weights = tables.weights[0]
+    coupling = np.ascontiguousarray(weights[:, None] * tables.slope[0])
+    middle = np.zeros((elements, P + 1))
+    middle[(elements - 1) // 2] = interpolation_at(P, 1.0 if elements % 2 == 0 else 0.5)
+    mass = np.asarray(np.bincount(nodes.ravel(), np.tile(lumps, elements)), dtype=np.float64)
+    return Mesh(tables, nodes, lumps, mass, weights, coupling, coupling.T @ tables.slope[0], middle)
+
+
+@lru_cache(maxsize=32)
+def left_clamp(elements: int) -> Rig:
+    """The left clamp turns by the parameter, and nothing else acts; kept."""
+    none, moves = np.zeros(CONTROLS), np.zeros(CONTROLS)
+    moves[LEFT] = 1.0
+    return Rig(none, moves, np.zeros(2), np.zeros((elements, P)))
 
 
 class Statics:
-    """The equilibrium equations of the elastica in alpha.
+    """The equilibrium equations of the elastica in one parameter, alpha if no `rig` says otherwise.
 
-    Unknowns are the free dofs of phi and the two components of n.  A `continuation.Problem`.
+    Unknowns are phi of the inner nodes and the two components of n.  A `continuation.Problem`.
     """
 
     parameter_weight = PARAMETER_WEIGHT
 
-    def __init__(self, scene: Scene, elements: int, extensible: bool) -> None:
+    def __init__(self, scene: Scene, elements: int, extensible: bool, rig: Rig | None = None) -> None:
         scene.require_planar("elastica")
         count = whole_number("elements", elements, 4)
-        require_memory("elements", elements, 2e4 * count, "the mesh")
+        require_memory("elements", elements, 4e4 * count, "the mesh")
         self.compliance = 1.0 / scene.ribbon.stretch_ratio if flag("extensible", extensible) else 0.0
-        self.mesh = Mesh(count)
+        self.elements = count
+        self.mesh = mesh = mesh_of(count)
+        self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
+        self.rig = left_clamp(count) if rig is None else rig
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
-        mesh = self.mesh
-        self.inertia = mesh.inertia()
-        self.stiffness = np.einsum("eiq,ejq,eq->eij", mesh.grad, mesh.grad, mesh.dx)
-        low, high = mesh.dofs[:, :, None], mesh.dofs[:, None, :]
-        self._lower = low >= high
-        self._slot = (high * (mesh.degree + 1) + low - high)[self._lower]
         # a change of 1 rad all along weighs as much as a turn of the clamp by 1 rad
-        self.weight = np.zeros(mesh.count)
-        self.weight[mesh.degree - 1 : mesh.count - 2 : mesh.degree] = PARAMETER_WEIGHT / mesh.elements
+        self.weight = np.append(PARAMETER_WEIGHT * self.mass[1:-1], np.zeros(2))
+        self._carried = self._carry()
+        self._arrays = (
+            np.concatenate((*self._carried, self.rig.curvature[:, :, None]), axis=2),
+            mesh.tables.value,
+            mesh.weights,
+            mesh.coupling,
+            mesh.bending,
+            self.compliance,
+            np.array([-self.rig.moves[LEFT], self.rig.moves[RIGHT]]),
+        )
 
     @property
     def arclength(self) -> Array:
         """(nodes,) s/L of the nodes whose positions are handed out."""
-        return np.linspace(0.0, 1.0, self.mesh.elements + 1)
+        return self.tables.nodes
+
+    def _carry(self) -> tuple[Array, Array]:
+        """n (elements, P, 2) by which the beam carries its weight and a push of 1, without a mean."""
+        rig, none = self.rig, np.zeros((self.elements, P, 2))
+        if not (rig.weight.any() or rig.controls[PUSH] or rig.moves[PUSH]):
+            return none, none
+        # D^T n = loads at the inner nodes
+        rows = np.zeros((len(self.mass), self.elements, P))
+        for e, nodes in enumerate(self.nodes):
+            rows[nodes, e] = self.mesh.coupling.T
+        matrix = rows.reshape(len(self.mass), -1)
+        matrix[-1] = self.tables.weights.ravel()
+        push = np.bincount(self.nodes.ravel(), self.middle.ravel())
+        loads = np.column_stack((self.mass, push))
+        loads[-1] = 0.0
+        solved = np.asarray(np.linalg.solve(matrix[1:], loads[1:]), dtype=np.float64).T
+        by_mass, by_push = solved.reshape(2, self.elements, P)
+        return by_mass[:, :, None] * rig.weight, np.stack((np.zeros_like(by_push), -by_push), axis=2)
+
+    def controls(self, parameter: float) -> Array:
+        """(CONTROLS,) at a value of the parameter."""
+        moved: Array = self.rig.controls + parameter * self.rig.moves
+        return moved
+
+    def force(self, state: _State) -> Array:
+        """n (elements, P, 2) at the Gauss points."""
+        by_weight, by_push = self._carried
+        force: Array = state.force + by_weight + state.push * by_push
+        return force
 
     def start(self) -> _State:
         """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
-        phi = np.zeros(self.mesh.count)
-        nodes = np.linspace(0.0, 1.0, self.mesh.elements + 1)
         bent = euler.bent(1.0 - self.chord, self.compliance)
-        phi[:: self.mesh.degree] = euler.tangent_angle(bent, nodes)
-        phi[-1] = 0.0
-        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]))
+        phi = euler.tangent_angle(bent, self.tables.nodes)
+        phi[0] = phi[-1] = 0.0
+        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]), 0.0)
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
-        """Move the free angles and the force, and turn the clamp to `parameter`."""
+        """Move the inner angles and the force, and the clamps to `parameter`."""
         phi = state.phi.copy()
         phi[1:-1] += increment[:-2]
-        phi[0] = -parameter
-        return _State(phi, state.force + increment[-2:])
-
-    def _section(self, state: _State) -> tuple[Array, Array, Array, Array]:
-        """cos phi, sin phi, n . t and n . t_perp at the Gauss points."""
-        phi = self.mesh.at_gauss(state.phi, self.mesh.value)
-        cos, sin = np.cos(phi), np.sin(phi)
-        nx, nz = state.force
-        return cos, sin, nx * cos + nz * sin, nz * cos - nx * sin
+        controls = self.controls(parameter)
+        phi[0], phi[-1] = -controls[LEFT], controls[RIGHT]
+        return _State(phi, state.force + increment[-2:], float(controls[PUSH]))
 
     def linearise(self, state: _State, parameter: float) -> Linearisation:
-        """Residual, its derivative in alpha, and the factorised tangent."""
-        mesh, c = self.mesh, self.compliance
-        cos, sin, along, across = self._section(state)
-        stretch = 1.0 + c * along
-        moment = np.einsum("eij,ej->ei", self.stiffness, state.phi[mesh.dofs])
-        moment -= np.einsum("eiq,eq->ei", mesh.value, mesh.dx * across * stretch)
-        curvature = mesh.dx * (along * stretch - c * across**2)
-        tangent = self.stiffness + np.einsum("eiq,ejq,eq->eij", mesh.value, mesh.value, curvature)
-        band: Array = np.zeros((mesh.count, mesh.degree + 1))
-        np.add.at(band.ravel(), self._slot, tangent[self._lower])
-        border = np.empty((2, mesh.count))
-        gap = np.empty(2)
-        for row, (t, normal) in enumerate(((cos, -sin), (sin, cos))):
-            share = mesh.dx * (normal * stretch + c * across * t)
-            border[row] = -self._gather(np.einsum("eiq,eq->ei", mesh.value, share))
-            gap[row] = (self.chord if row == 0 else 0.0) - float((mesh.dx * t * stretch).sum())
-        corner = -c * np.array(
-            [[(mesh.dx * a * b).sum() for b in (cos, sin)] for a in (cos, sin)], dtype=np.float64
+        """Residual, its derivative in the parameter, and the factorised tangent."""
+        moves, controls = self.rig.moves, self.controls(parameter)
+        residual, column, *parts, negative = kernels.linearised(
+            state.phi, state.force, np.array([state.push, moves[PUSH]]), *self._arrays
         )
-        residual = np.concatenate((self._gather(moment)[1:-1], gap))
-        column = np.zeros(mesh.count)
-        column[: mesh.degree + 1] = -band[0]
-        slope = np.concatenate((column[1:-1], -border[:, 0]))
-        band = band[1:-1].copy()
-        for d in range(1, mesh.degree + 1):
-            band[len(band) - d :, d] = 0.0
-        arrow = Arrow(band, border[:, 1:-1].copy(), corner)
+        residual[-2] += self.chord - controls[COMPRESSION]
+        residual[-1] += controls[LIFT]
+        column[-2] -= moves[COMPRESSION]
+        column[-1] += moves[LIFT]
         # two negative eigenvalues belong to the force
-        return Linearisation(residual, slope, arrow.solve, arrow.negative - 2)
+        return Linearisation(residual, column, Arrow.of(parts, negative).solve, negative - 2)
 
-    def _gather(self, local: Array) -> Array:
-        """Sum element vectors (elements, p + 1) into dofs."""
-        total: Array = np.zeros(self.mesh.count)
-        np.add.at(total, self.mesh.dofs, local)
-        return total
+    def section(self, state: _State) -> tuple[Array, Array, Array, Array, Array]:
+        """phi', cos phi, sin phi, n . t and n . t_perp (elements, P) at the Gauss points."""
+        local = state.phi[self.nodes]
+        phi = local @ self.tables.value.T
+        cos, sin = np.cos(phi), np.sin(phi)
+        nx, nz = np.moveaxis(self.force(state), 2, 0)
+        return local @ self.tables.slope[0].T, cos, sin, nx * cos + nz * sin, nz * cos - nx * sin
 
     def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
-        """M v of rates of phi, n and alpha: of the motion of r that follows, seen by the same unknowns."""
-        mesh, c = self.mesh, self.compliance
-        fields = self.moving(state, velocity, turning)
-        cos, sin, along, across = self._section(state)
-        stretch = 1.0 + c * along
-        moment, force = np.zeros(mesh.count), np.zeros(2)
-        for field, t, normal in zip(fields, (cos, sin), (-sin, cos), strict=True):
-            by_turn = normal * stretch + c * across * t
-            weight = mesh.integral_adjoint(
-                self._gather(np.einsum("eij,ej->ei", self.inertia, field[mesh.dofs]))
-            )
-            moment += self._gather(np.einsum("eiq,eq->ei", mesh.value, weight * by_turn))
-            force += c * np.array([(weight * t * cos).sum(), (weight * t * sin).sum()])
+        """M v of rates of phi, n and the parameter: of the motion of r that follows, by the same unknowns."""
+        tables, c = self.tables, self.compliance
+        moved, by_turn, tangent = self._moving(state, velocity, turning)
+        weights = tables.integral_adjoint(self.mass[:, None] * moved)
+        share = np.einsum("ekb,ekb->ek", weights, by_turn)
+        moment = np.bincount(self.nodes.ravel(), (share @ tables.value).ravel())
+        force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
         return np.concatenate((moment[1:-1], force))
 
-    def moving(self, state: _State, velocity: Array, turning: float = 0.0) -> tuple[Array, Array]:
-        """Rates of the dofs of x and z, by rates of phi, n and alpha."""
-        mesh, c = self.mesh, self.compliance
-        cos, sin, along, across = self._section(state)
-        stretch = 1.0 + c * along
-        phi = np.zeros(mesh.count)
-        phi[0], phi[1:-1] = -turning, velocity[:-2]
-        turn = mesh.at_gauss(phi, mesh.value)
-        longer = c * (cos * velocity[-2] + sin * velocity[-1])
-        x, z = (
-            mesh.integral((normal * stretch + c * across * t) * turn + t * longer)
-            for t, normal in ((cos, -sin), (sin, cos))
-        )
-        return x, z
+    def moving(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+        """Velocities (nodes, 2) along x and z, by rates of phi, n and the parameter."""
+        return self._moving(state, velocity, turning)[0]
+
+    def _moving(self, state: _State, velocity: Array, turning: float) -> tuple[Array, Array, Array]:
+        """`moving`; and (elements, P, 2) at the Gauss points derivatives of r' in phi, and tangents."""
+        c, rig = self.compliance, self.rig
+        _, cos, sin, along, across = self.section(state)
+        tangent, normal = np.stack((cos, sin), axis=2), np.stack((-sin, cos), axis=2)
+        by_turn = (1.0 + c * along)[:, :, None] * normal + (c * across)[:, :, None] * tangent
+        phi = np.concatenate(([-turning * rig.moves[LEFT]], velocity[:-2], [turning * rig.moves[RIGHT]]))
+        turn = phi[self.nodes] @ self.tables.value.T
+        longer = c * (tangent @ velocity[-2:])
+        moved = self.tables.integral(by_turn * turn[:, :, None] + tangent * longer[:, :, None])
+        return moved, by_turn, tangent
 
     def energy(self, state: _State) -> float:
         """Elastic energy in EI2/L, of bending and of stretch."""
-        mesh = self.mesh
-        local = state.phi[mesh.dofs]
-        bending = float(np.einsum("ei,eij,ej->", local, self.stiffness, local))
-        along = self._section(state)[2]
-        return 0.5 * bending + 0.5 * self.compliance * float((mesh.dx * along**2).sum())
+        bent, _, _, along, _ = self.section(state)
+        density = (bent - self.rig.curvature) ** 2 + self.compliance * along**2
+        return 0.5 * float(np.sum(self.tables.weights * density))
 
     def shape(self, state: _State) -> tuple[Array, Array]:
-        """Dofs of x and z, by quadrature from the left clamp."""
-        cos, sin, along, _ = self._section(state)
+        """x and z (nodes,), by quadrature from the left clamp."""
+        _, cos, sin, along, _ = self.section(state)
         stretch = 1.0 + self.compliance * along
-        return self.mesh.integral(cos * stretch), self.mesh.integral(sin * stretch)
+        x, z = self.tables.integral(np.stack((cos * stretch, sin * stretch), axis=2)).T
+        return x, z
+
+    def at_middle(self, field: Array) -> float:
+        """A field (nodes,) at midspan."""
+        return float(np.sum(self.middle * field[self.nodes]))
 
     def observe(self, state: _State, parameter: float) -> tuple[float, float, float]:
         """z(1/2)/L, the z-component of the unit tangent there, and the compressive end force."""
-        height = self.mesh.middle(self.shape(state)[1])
-        return height, float(np.sin(self.mesh.middle(state.phi))), -float(state.force[0])
+        height = self.at_middle(self.shape(state)[1])
+        return height, float(np.sin(self.at_middle(state.phi))), -float(state.force[0])
 
     def positions(self, state: _State, parameter: float) -> Array:
         """Positions of the nodes in L."""
-        x, z = (field[:: self.mesh.degree] for field in self.shape(state))
+        x, z = self.shape(state)
         return np.column_stack((x, np.zeros_like(x), z))

@@ -92,6 +92,26 @@ class LineTables:
     slope: Array
     partial: Array
 
+    def integral(self, derivative: Array) -> Array:
+        """The field (nodes, ...), 0 at s = 0, of a derivative (elements, p, ...) at the Gauss points."""
+        shape = derivative.shape[2:]
+        result = np.zeros((len(self.nodes), *shape))
+        ends = np.cumsum(np.einsum("ek,ek...->e...", self.weights, derivative), axis=0)
+        inside = np.einsum("ik,ek...->ei...", self.partial[:-1], derivative) / self.elements
+        inside[1:] += ends[:-1, None]
+        result[:-1] = inside.reshape(-1, *shape)
+        result[-1] = ends[-1]
+        return result
+
+    def integral_adjoint(self, field: Array) -> Array:
+        """Factors (elements, p, ...) of a derivative in the sum of a field times its integral."""
+        inside = field[:-1].reshape(self.elements, self.degree, *field.shape[1:])
+        # what lies beyond an element's right end moves with the whole of it
+        beyond = np.cumsum(inside.sum(axis=1)[::-1], axis=0)[::-1]
+        beyond = np.concatenate((beyond[1:], np.zeros_like(beyond[:1]))) + field[-1]
+        result = np.einsum("ik,ei...->ek...", self.partial[:-1], inside) / self.elements
+        return np.asarray(result + np.einsum("ek,e...->ek...", self.weights, beyond))
+
 
 @lru_cache(maxsize=32)
 def line_tables(elements: int, degree: int) -> LineTables:
@@ -120,6 +140,18 @@ def line_tables(elements: int, degree: int) -> LineTables:
         np.ascontiguousarray(slope),
         np.ascontiguousarray(partial),
     )
+
+
+@cache
+def interpolation_at(degree: int, point: float) -> Array:
+    """Values (degree + 1,) of an element's basis functions, along it, at a local coordinate; kept."""
+    # scikit-fem's order: the two ends, then the inside
+    element, places = ElementLineLobatto(degree), (0, degree, *range(1, degree))
+    values = np.zeros(degree + 1)
+    for i, place in enumerate(places):
+        values[place] = element.lbasis(np.array([[point]]), i)[0][0]
+    values.flags.writeable = False
+    return values
 
 
 @lru_cache(maxsize=32)

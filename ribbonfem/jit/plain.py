@@ -86,3 +86,8 @@ def larger(a: Lanes, b: Lanes) -> Lanes:
 def root(value: Lanes) -> Lanes:
     """The square root of each."""
     return Lanes(np.sqrt(value.places))
+
+
+def nearest(value: Lanes) -> Lanes:
+    """The whole number nearest to each."""
+    return Lanes(np.rint(value.places))

@@ -22,7 +22,8 @@ _numbers: Any = plain if config.DISABLE_JIT else vectors
 WIDTH = plain.WIDTH
 load, store, spread = _numbers.load, _numbers.store, _numbers.spread
 transposed, lane = _numbers.transposed, _numbers.lane
-all_below, larger, root = _numbers.all_below, _numbers.larger, _numbers.root
+all_below, larger = _numbers.all_below, _numbers.larger
+root, nearest = _numbers.root, _numbers.nearest
 
 
 @compiled(inline=True)

@@ -89,6 +89,13 @@ def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> 
     struct = context.make_array(kinds[0])(context, builder, array)
     places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
     places = [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
+    if kinds[0].layout == "C":
+        # the last axis has a length that the compiler may know: what differs by a known number of places is
+        # then a known number of bytes away
+        shape, place = cgutils.unpack_tuple(builder, struct.shape), places[0]
+        for axis in range(1, len(places)):
+            place = builder.add(builder.mul(place, shape[axis], flags=["nsw"]), places[axis], flags=["nsw"])
+        return builder.gep(builder.bitcast(struct.data, _VECTOR.as_pointer()), [place], inbounds=True)
     places.append(context.get_constant(types.intp, 0))
     pointer = cgutils.get_item_pointer(context, builder, kinds[0], struct, places, wraparound=False)
     return builder.bitcast(pointer, _VECTOR.as_pointer())
@@ -180,13 +187,24 @@ def larger(typing: Any, a: Any, b: Any) -> Any:
     return LANES(LANES, LANES), generate
 
 
-@intrinsic
-def root(typing: Any, value: Any) -> Any:
-    """See `plain.root`."""
+def _of_each(name: str) -> Any:
+    """A function of the compiler's that acts on each of the four."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         kind = ir.FunctionType(_VECTOR, [_VECTOR])
-        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.sqrt.v{WIDTH}f64")
+        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
         return builder.call(function, args)
 
-    return LANES(LANES), generate
+    return generate
+
+
+@intrinsic
+def root(typing: Any, value: Any) -> Any:
+    """See `plain.root`."""
+    return LANES(LANES), _of_each("sqrt")
+
+
+@intrinsic
+def nearest(typing: Any, value: Any) -> Any:
+    """See `plain.nearest`."""
+    return LANES(LANES), _of_each("rint")

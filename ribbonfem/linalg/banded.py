@@ -7,6 +7,8 @@ pivot costs digits, which one step of iterative refinement restores.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ribbonfem.results import Array
@@ -116,8 +118,8 @@ def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array
 
 
 @compiled(allocates=True)
-def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
-    """The factors of `factor_arrow` of band (n, w + 1), border and corner, which stay as they are."""
+def factors_of(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
+    """As `factored`, for compiled code: what hands arrays to Python cannot serve both."""
     n, width = band.shape[0], band.shape[1] - 1
     factors = np.zeros((n + width, width + 1))
     for i in range(n):
@@ -127,6 +129,12 @@ def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, A
     rows, last = border.copy(), corner.copy()
     negative = factor_arrow(factors, rows, last)
     return factors, rows, last, negative
+
+
+@compiled(allocates=True)
+def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
+    """The factors of `factor_arrow` of band (n, w + 1), border and corner, which stay as they are."""
+    return factors_of(band, border, corner)
 
 
 @compiled(allocates=True)
@@ -185,6 +193,13 @@ class Arrow:
         self._parts = (band, border, corner, *factors)
         self.negative = int(negative)
         self.refined = refined
+
+    @classmethod
+    def of(cls, parts: Sequence[Array], negative: int) -> Arrow:
+        """Of a band, border and corner, and what `factored` has made of them."""
+        arrow = cls.__new__(cls)
+        arrow._parts, arrow.negative, arrow.refined = tuple(parts), int(negative), True
+        return arrow
 
     def solve(self, right: Array) -> Array:
         """Solve for right-hand sides (n + k,) or (n + k, m)."""

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-import numpy as np
-from scipy.interpolate import make_interp_spline
+from typing import Any
 
 from ribbonfem.closed_form import (
     ClosedFormBranch,
@@ -13,19 +10,20 @@ from ribbonfem.closed_form import (
     closed_form_branch,
     closed_form_fold,
 )
-from ribbonfem.continuation import Steps, equilibrium
+from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
-from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.kernels import Scheme
+from ribbonfem.stepping.motion import Motion
 from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
-from .motion import tables
-from .problem import Statics
+from . import motion
+from .problem import Statics, _State
 
 __all__ = [
     "ClosedFormBranch",
@@ -40,55 +38,70 @@ __all__ = [
     "simulate",
 ]
 
-TOLERANCE = 1e-5
+TOLERANCE = 3e-5
+# degree of the one element that is asked for frequencies
+_FOR_MODES = 24
 
 
 @checked
-def folds(scene: Scene, *, elements: int = 64, steps: Steps | None = None) -> tuple[Fold, ...]:
+def folds(
+    scene: Scene, *, elements: int = 1, degree: int | None = None, steps: Steps | None = None
+) -> tuple[Fold, ...]:
     """The folds that a very slow ramp meets (one, at mu = 1.7818 from U+ as alpha grows).
 
     Parameters
     ----------
     scene: a planar scene.
-    elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
-    steps: continuation step control.
+    elements: one of degree 18, whose folds are exact to 1e-12, or at least 4 cubic Hermite elements, whose
+        errors fall as elements^-4.
+    degree: of the elements, if another: above 3 there are bubbles beside the Hermite functions, and any
+        number of elements will do.
+    steps: continuation step control; None solves the branch's own equation in sigma (`problem`).
 
     Raises
     ------
     SceneError, OptionError, SolverError
         For a sheared scene, a mesh that cannot be, a continuation that fails.
     """
-    problem = Statics(scene, elements)
-    found = ramp_folds(problem, problem.start(), scene, steps)
-    of = {"model": "quasilinear", "scene": scene, "policy": {"elements": elements}}
-    return tuple(as_fold(problem, event.point, **of) for event in found)
+    problem = Statics(scene, elements, degree)
+    of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "policy": problem.policy}
+    if steps is not None:
+        found = ramp_folds(problem, problem.start(), scene, steps)
+        return tuple(as_fold(problem, event.point, **of) for event in found)
+    fold = Fold(*problem.fold(), **of)
+    # turned with it the start state never folds
+    met = fold.angle * scene.rate > 0.0 and (scene.stop is None or abs(fold.angle) <= abs(scene.stop))
+    return (fold,) if met else ()
 
 
 @checked
-def normal_forms(scene: Scene, *, elements: int = 32) -> tuple[NormalForm, ...]:
+def normal_forms(scene: Scene, *, elements: int = 1, degree: int | None = None) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
-    problem = Statics(scene, elements)
+    problem = Statics(scene, elements, degree)
     return ramp_normal_forms(problem, problem.start(), scene)
 
 
 @checked
-def frequencies(scene: Scene, *, count: int = 6, elements: int = 128) -> Array:
+def frequencies(scene: Scene, *, count: int = 6, elements: int = 1, degree: int | None = None) -> Array:
     """The lowest `count` angular frequencies (count,) of undamped motions about the start state, 1/s.
 
-    Parameters and errors as in `folds`.
+    Parameters and errors as in `folds`, but that one element is of degree 24, for the higher modes.
     """
-    problem = Statics(scene, elements)
-    return natural_frequencies(problem, equilibrium(problem, problem.start(), 0.0)[0], 0.0, count)
+    problem = Statics(scene, elements, degree)
+    if degree is None and problem.elements == 1:
+        problem = Statics(scene, 1, _FOR_MODES)
+    return problem.frequencies(problem.start(), count)
 
 
 @checked
 def equilibria(
     scene: Scene,
     *,
-    elements: int = 64,
+    elements: int = 1,
+    degree: int | None = None,
     span: tuple[float, float] = (-1.5, 1.5),
     unstable: int = 2,
     steps: Steps | None = None,
@@ -98,35 +111,38 @@ def equilibria(
     Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
-    problem = Statics(scene, elements)
+    problem = Statics(scene, elements, degree)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
     return curve.as_branch(
-        scene, {"elements": elements, "span": span, "unstable": unstable}, "quasilinear", problem.arclength
+        scene, {**problem.policy, "span": span, "unstable": unstable}, "quasilinear", problem.arclength
     )
 
 
-def _observer(problem: Statics) -> Callable[[Array, Array], tuple[Array, Array, Array]]:
-    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of rows of the loop's dofs."""
-    index, _, weights = problem.middle_weights()
-    length = problem.compression**0.5
+def _integrated(
+    problem: Statics,
+    state: _State,
+    scene: Scene,
+    control: Control,
+    held: Held | None = None,
+    every: int | None = None,
+) -> Motion:
+    """The motion from an equilibrium, or held beside it."""
 
-    nodes = problem.arclength
+    def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
+        return motion.Motion(problem, state, scheme, rows, velocity)
 
-    def observe(z: Array, _: Array) -> tuple[Array, Array, Array]:
-        slope = z[:, index] @ weights * length
-        # slopes at the nodes are more accurate than the second derivatives of the cubics between them
-        bend = make_interp_spline(nodes, z[:, 1::2], k=5 if len(nodes) > 5 else 3, axis=1)(nodes, 1)
-        return slope / np.hypot(1.0, slope), problem.shapes(z), length * bend
-
-    return observe
+    shapes = len(problem.arclength), len(state.z)
+    scaled = control.in_units_of(problem.scale)
+    return integrate("quasilinear", begin, scene, scaled, motion.observer(problem), shapes, held, every)
 
 
 @checked
 def simulate(
     scene: Scene,
     *,
-    elements: int = 32,
-    method: str | Tableau = "tr-bdf2",
+    elements: int = 1,
+    degree: int | None = None,
+    method: str | Tableau = "esdirk4",
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,
@@ -138,13 +154,18 @@ def simulate(
     Parameters
     ----------
     scene: a planar scene with a `stop`.
-    elements: cubic Hermite elements, at least 4; errors fall as elements^-4.
-    method: "tr-bdf2", "generalised-alpha", "newmark" (trapezoidal) or "implicit-euler".
+    elements: one of degree 18, whose folds are exact to 1e-12, or at least 4 cubic Hermite elements, whose
+        errors fall as elements^-4.
+    degree: of the elements, if another: above 3 there are bubbles beside the Hermite functions, and any
+        number of elements will do.
+    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
+        (trapezoidal) or "implicit-euler".
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
         where no next state is found.
-    tolerance: of the adaptive step, the local error of positions in L; 1e-5 if neither is given,
-        which leaves 2e-5 rad in a snap's angle in the median of drawn scenes and 6e-5 at most, where the
-        mesh leaves 4e-6 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
+    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
+        beam creeps (down to 0.01 of it); 3e-5 if neither is given,
+        which leaves 4e-6 rad in a snap's angle in the median of drawn scenes and 5e-5 at most, where the
+        mesh leaves 3e-7 and 2e-5 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
         thins them out then (`History`).
@@ -162,21 +183,11 @@ def simulate(
         If no step converges; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
-    problem = Statics(scene, elements)
+    problem = Statics(scene, elements, degree)
     scene.require_stop()
-    state, _ = equilibrium(problem, problem.start(), 0.0)
-    length = problem.compression**0.5
-    motion = integrate(
-        tables(problem),
-        scene,
-        control.in_units_of(length),
-        state.z,
-        np.array([state.load]),
-        _observer(problem),
-        every=every,
-    )
+    moved = _integrated(problem, problem.start(), scene, control, every=every)
     policy = {
-        "elements": elements,
+        **problem.policy,
         "method": method,
         "step": step,
         "tolerance": control.tolerance,
@@ -184,7 +195,9 @@ def simulate(
         "every": every,
         "until": until,
     }
-    return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)
+    return moved.as_history(
+        scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
+    )
 
 
 @checked
@@ -193,8 +206,9 @@ def escape(
     *,
     fold: int = 0,
     amplitude: float = 3e-3,
-    elements: int = 32,
-    tolerance: float = 1e-7,
+    elements: int = 1,
+    degree: int | None = None,
+    tolerance: float = 1e-6,
     until: str = "end",
 ) -> History:
     """The motion that leaves a fold at the fold's own angle, the clamp held there.
@@ -207,33 +221,26 @@ def escape(
     fold: which of the `folds` of a ramp, from 0.
     amplitude: of the null vector, in (dL/L)^(1/2) L with the whole beam of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
-    elements, until: as in `simulate`.
+    elements, degree, until: as in `simulate`.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
-    control = Control.of("tr-bdf2", None, tolerance, until, None, TOLERANCE)
-    problem = Statics(scene, elements)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
+    problem = Statics(scene, elements, degree)
     found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
-    length = problem.compression**0.5
-    velocity = np.zeros_like(found.state.z)
-    velocity[problem.free] = found.velocity[:-1]
-    motion = integrate(
-        tables(problem),
-        scene,
-        control.in_units_of(length),
-        found.state.z,
-        np.array([found.state.load]),
-        _observer(problem),
-        Held(found.form.angle, velocity, duration),
+    moved = _integrated(
+        problem, found.state, scene, control, Held(found.form.angle, found.velocity[:-1], duration)
     )
     policy = {
         "fold": fold,
         "amplitude": amplitude,
-        "elements": elements,
+        **problem.policy,
         "tolerance": tolerance,
         "until": until,
     }
-    return motion.as_history(scene, policy, model="quasilinear", arclength=problem.arclength, length=length)
+    return moved.as_history(
+        scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
+    )

@@ -5,16 +5,23 @@ from __future__ import annotations
 from ribbonfem.model_info import ModelInfo
 from ribbonfem.stepping.control import ADAPTIVE, ORDERS
 
+
+def _unknowns(elements: int) -> int:
+    # 15 bubbles of one element
+    return 2 * elements - 1 if elements > 1 else 16
+
+
 MODEL_INFO = ModelInfo(
     name="quasilinear",
     mesh="elements",
+    # of cubic elements; one is of high degree
     least=4,
     planar=True,
     methods=ORDERS,
     adaptive=ADAPTIVE,
-    # cubic Hermite elements
-    order=lambda policy: 4.0,
+    # cubic Hermite elements, if no other degree is asked for
+    order=lambda policy: 2.0 * ((policy.get("degree") or 3) - 1),
     size=lambda policy: 1.0 / policy["elements"],
-    at_rest=lambda elements: 2 * elements - 1,
-    in_motion=lambda elements: 2 * elements - 1,
+    at_rest=_unknowns,
+    in_motion=_unknowns,
 )

@@ -2,43 +2,88 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels import QUASILINEAR, Tables
+from ribbonfem.stepping.kernels import KINK, Ramp, Scheme
 
-from .problem import Statics
+from .kernels import beam, loop
+from .mesh import ENDS, mesh_of
+from .problem import Statics, _State
 
 
-def tables(problem: Statics) -> Tables:
-    """The beam as arrays for the compiled time loop."""
-    index, value, _ = problem.middle_weights()
-    none = np.zeros((0, 0, 0))
-    count = 2 * problem.elements + 2
-
-    def band(matrix: Any) -> Array:
-        columns = np.zeros((count, 4))
-        for d in range(4):
-            columns[: count - d, d] = matrix.diagonal(-d)
-        return columns
-
-    return Tables(
-        kind=QUASILINEAR,
-        clamp=-(problem.compression**-0.5),
-        middle_dof=index,
-        middle_weight=value,
-        value=none,
-        force=none,
-        dx=np.zeros((0, 0)),
-        bending=none,
-        inertia=none,
-        coupling=none,
-        dofs=np.zeros((0, 0), dtype=np.int64),
-        places=np.zeros((5, 0), dtype=np.int64),
-        compliance=0.0,
-        stiffness=band(problem.stiffness),
-        tension=band(problem.tension),
-        mass=band(problem.mass),
+@lru_cache(maxsize=32)
+def _matrices(elements: int, degree: int) -> tuple[beam.Matrix, beam.Matrix, beam.Matrix]:
+    """K, G and M of a mesh; kept."""
+    mesh = mesh_of(elements, degree)
+    n = mesh.count
+    stiffness, tension, mass = (
+        beam.Matrix(
+            band=np.ascontiguousarray(mesh.band(whole)),
+            ends=np.ascontiguousarray(whole[n:, :n]),
+            corner=np.ascontiguousarray(whole[n:, n:]),
+        )
+        for whole in (mesh.stiffness, mesh.tension, mesh.mass)
     )
+    return stiffness, tension, mass
+
+
+def discretised(problem: Statics) -> beam.Beam:
+    """The beam as arrays for the compiled time loop."""
+    mesh = problem.mesh
+    stiffness, tension, mass = _matrices(problem.elements, problem.degree)
+    return beam.Beam(
+        stiffness=stiffness,
+        tension=tension,
+        mass=mass,
+        middle=mesh.middle[0].copy(),
+        height=mesh.height[: mesh.count].copy(),
+        weight=np.zeros(mesh.count),
+        scale=problem.scale,
+    )
+
+
+class Motion:
+    """A beam in motion, as `stepping.newmark` runs it; with a velocity (n,) its clamps are held."""
+
+    def __init__(
+        self, problem: Statics, state: _State, scheme: Scheme, rows: int, velocity: Array | None = None
+    ) -> None:
+        n = problem.mesh.count
+        self.clock = np.zeros(beam.CLOCK_SIZE)
+        self.clock[KINK] = 1.0
+        self.scheme = scheme
+        self.states = np.empty((rows, n + ENDS))
+        ends = np.zeros((3, ENDS))
+        ends[0] = state.z[n:]
+        still = np.zeros(n)
+        motion = beam.Motion(
+            z=state.z[:n].copy(),
+            v=still.copy() if velocity is None else velocity.copy(),
+            a=still.copy(),
+            auxiliary=still.copy(),
+            load=np.array([state.load]),
+            ends=ends,
+            clock=self.clock,
+        )
+        memory = beam.scratch(n, problem.mesh.width, scheme.stages)
+        self.model = beam.Moving(discretised(problem), memory, motion, self.states)
+
+    def run(self, ramp: Ramp, rows: Array) -> int:
+        """Go on until the end, or until the rows are full."""
+        return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
+
+
+def observer(problem: Statics) -> Callable[[Array], tuple[Array, Array, Array]]:
+    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of dofs of rows."""
+    mesh, scale = problem.mesh, problem.scale
+
+    def observe(dofs: Array) -> tuple[Array, Array, Array]:
+        slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
+        shapes = mesh.shapes(dofs, problem.compression)
+        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T
+
+    return observe

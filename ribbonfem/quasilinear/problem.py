@@ -4,32 +4,41 @@ In the rescaled height Z = z/L (dL/L)^(-1/2) the equilibria solve
 
     Z'''' + sigma^2 Z'' = 0,  Z(0) = Z(1) = Z'(1) = 0,  Z'(0) = -mu,  int Z'^2 = 2,
 
-with mu = alpha (dL/L)^(-1/2); sigma^2 is the multiplier of the end-shortening.  Cubic Hermite
-elements; the tangent is a band with one dense row, and the fold converges with the fourth
-power of the mesh.
+with mu = alpha (dL/L)^(-1/2); sigma^2 is the multiplier of the end-shortening.  Elements are C1, cubic
+Hermite ones (the fold converges with the fourth power of the mesh) or of any higher degree: the
+tangent is a band with one dense row.  On the mesh's buckling modes, K phi_j = s_j G phi_j, the branch is
+a scalar equation:
+
+    2 / mu^2 = N(sigma^2),  N(s) = N_0 + sum_j c_j^2 / (s_j - s)^2,
+
+with c_j what the clamp's shape function does to a mode, and its fold the one root of N' between s_1 and s_2.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from skfem import BilinearForm
+from scipy.linalg import eigh, null_space
+from scipy.optimize import brentq
 
-from ribbonfem.closed_form import EULER
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
-from ribbonfem.elements.hermite import hermite_basis
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
+from .mesh import ENDS, mesh_of, modes_of
+
+# degrees of Hermite elements without bubbles, and of one element alone: its fold is exact from 14 on, snaps
+# of ramps of some rad/s need more
+CUBIC, ALONE = 3, 18
+HIGHEST = 40
+
 
 @dataclass(frozen=True)
 class _State:
-    """Nodal values Z, Z' (2 n + 2) with the clamps in place, and sigma^2."""
+    """Dofs (n + 4,), those of the ends last and in place, and sigma^2."""
 
     z: Array
     load: float
@@ -38,109 +47,121 @@ class _State:
 class Statics:
     """The equilibrium equations of the beam in alpha, on a uniform mesh.
 
-    Unknowns are the free nodal values of Z and sigma^2; `parameter` is alpha in rad, heights
+    Unknowns are the free dofs of Z and sigma^2; `parameter` is alpha in rad, heights
     are rescaled.  A `continuation.Problem`.
     """
 
     parameter_weight = PARAMETER_WEIGHT
 
-    def __init__(self, scene: Scene, elements: int) -> None:
+    def __init__(self, scene: Scene, elements: int = 1, degree: int | None = None) -> None:
         scene.require_planar("quasilinear")
-        self.elements = whole_number("elements", elements, 4)
-        require_memory("elements", elements, 2e4 * self.elements, "the mesh")
+        count = whole_number("elements", elements, 1)
+        if degree is None:
+            degree = ALONE if count == 1 else CUBIC
+        self.degree = whole_number("degree", degree, CUBIC, HIGHEST)
+        # as many dofs as four cubic elements have
+        self.elements = whole_number("elements", elements, 4 if self.degree == CUBIC else 1)
+        require_memory("elements", elements, 64.0 * (count * (self.degree - 1.0)) ** 2, "the mesh")
         self.compression = scene.compression
+        self.scale = scene.compression**0.5
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
-        basis = hermite_basis(self.elements)
-        # dofs run along the beam, (Z, Z') node by node: a half-bandwidth of 3
-        self.order = basis.nodal_dofs.T.ravel()
-        self.stiffness = self._matrix(basis, lambda u, v, w: u.hess[0, 0] * v.hess[0, 0])
-        self.tension = self._matrix(basis, lambda u, v, w: u.grad[0] * v.grad[0])
-        self.mass = self._matrix(basis, lambda u, v, w: u * v)
-        self.free = slice(2, 2 * self.elements)
-        count = 2 * self.elements - 2
-        self.weight = np.zeros(count + 1)
-        self.weight[0:count:2] = self.compression / self.elements
+        self.mesh = mesh_of(self.elements, degree)
+        self.free = slice(0, self.mesh.count)
+        self.weight = np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
 
-    def _matrix(self, basis: Any, form: Any) -> Any:
-        return BilinearForm(form).assemble(basis)[self.order][:, self.order].tocsr()
+    @property
+    def policy(self) -> dict[str, int]:
+        """The mesh by its keywords."""
+        return {"elements": self.elements, "degree": self.degree}
 
     @property
     def arclength(self) -> Array:
         """(nodes,) s/L of the nodes whose positions are handed out."""
-        return np.linspace(0.0, 1.0, self.elements + 1)
+        return self.mesh.nodes
 
     def start(self) -> _State:
-        """The buckled beam at alpha = 0: Euler's clamped mode, on the side of the scene's start."""
-        x = np.linspace(0.0, 1.0, self.elements + 1)
-        shape = np.column_stack(((1.0 - np.cos(EULER * x)) / np.pi, 2.0 * np.sin(EULER * x)))
-        return _State(self.side * shape.ravel(), EULER**2)
+        """The buckled beam at alpha = 0: the mesh's first mode, on the side of the scene's start."""
+        modes = modes_of(self.elements, self.degree)
+        z = np.append(2.0**0.5 * modes.phi[:, 0], np.zeros(ENDS))
+        upwards = float(np.sign(self.mesh.middle[0] @ z))
+        return _State(self.side * upwards * z, float(modes.squares[0]))
+
+    def ends(self, parameter: float) -> Array:
+        """(4,) Z and Z' of both ends."""
+        return np.array([0.0, -parameter / self.scale, 0.0, 0.0])
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
-        """Move the free values and sigma^2, and turn the clamp to `parameter`."""
-        z = state.z.copy()
-        z[self.free] += increment[:-1]
-        z[:2] = 0.0, -parameter * self.compression**-0.5
-        z[-2:] = 0.0
+        """Move the free dofs and sigma^2, and turn the clamp to `parameter`."""
+        z = np.append(state.z[self.free] + increment[:-1], self.ends(parameter))
         return _State(z, state.load + float(increment[-1]))
 
     def linearise(self, state: _State, parameter: float) -> Linearisation:
         """Residual, its derivative in alpha, and the factorised tangent."""
-        free = self.free
-        matrix = self.stiffness - state.load * self.tension
-        stretch = self.tension @ state.z
+        free, mesh = self.free, self.mesh
+        matrix = mesh.stiffness - state.load * mesh.tension
+        stretch = mesh.tension @ state.z
         residual = np.append((matrix @ state.z)[free], 1.0 - 0.5 * float(state.z @ stretch))
-        clamp = -(self.compression**-0.5)
-        column = np.append(matrix[free, 1].toarray()[:, 0], -stretch[1]) * clamp
-        band = np.zeros((len(residual) - 1, 4))
-        for d in range(4):
-            band[: len(band) - d, d] = matrix.diagonal(-d)[2 : 2 + len(band) - d]
-        arrow = Arrow(band, -stretch[free][None, :])
+        clamp = self.ends(1.0)
+        column = np.append((matrix[:, mesh.count :] @ clamp)[free], -stretch[mesh.count :] @ clamp)
+        arrow = Arrow(np.ascontiguousarray(mesh.band(matrix).T), -stretch[free][None, :])
         # one negative eigenvalue belongs to the multiplier
         return Linearisation(residual, column, arrow.solve, arrow.negative - 1)
 
+    def fold(self) -> tuple[float, float, float]:
+        """alpha, z(1/2)/L and sigma^2 at the fold that the start state meets, its clamp turned against it."""
+        modes, mesh = modes_of(self.elements, self.degree), self.mesh
+        by_bend, by_slope = (
+            modes.phi.T @ matrix[self.free, mesh.count + 1] for matrix in (mesh.stiffness, mesh.tension)
+        )
+        c = by_bend - modes.squares * by_slope
+        own = float(mesh.tension[mesh.count + 1, mesh.count + 1] - by_slope @ by_slope)
+        low, high = modes.squares[:2]
+
+        def steepness(s: float) -> float:
+            # times what makes it finite at both ends
+            return float(np.sum(c**2 * ((low - s) * (high - s) / (modes.squares - s)) ** 3))
+
+        rounding = 1e-12 * (high - low)
+        load = brentq(steepness, low + rounding, high - rounding, xtol=1e-14 * high, rtol=1e-15)
+        mu = (2.0 / (own + float(np.sum((c / (modes.squares - load)) ** 2)))) ** 0.5
+        z = np.append(modes.phi @ (mu * (by_slope + c / (modes.squares - load))), self.ends(mu * self.scale))
+        height = self.scale * float(mesh.middle[0] @ z)
+        return self.side * mu * self.scale, self.side * height, float(load)
+
+    def frequencies(self, state: _State, count: int) -> Array:
+        """The lowest `count` angular frequencies (count,), 1/s, of small undamped motions about a state."""
+        mesh, free = self.mesh, self.free
+        wanted = whole_number("count", count, 1, mesh.count - 1)
+        # what keeps the length: all that is orthogonal to G Z
+        row = (mesh.tension @ state.z)[free]
+        basis = null_space(row[None])
+        stiffness, mass = (
+            basis.T @ matrix[free, free] @ basis
+            for matrix in (mesh.stiffness - state.load * mesh.tension, mesh.mass)
+        )
+        squares = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, wanted - 1))
+        return np.asarray(np.sqrt(squares) / self.unit)
+
     def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
-        """M v of rates of the free nodal values and of sigma^2, which has no mass; of alpha too."""
-        z = np.zeros(self.mass.shape[0])
-        z[self.free] = velocity[:-1]
-        z[1] = -turning * self.compression**-0.5
-        return np.append((self.mass @ z)[self.free], 0.0)
+        """M v of rates of the free dofs and of sigma^2, which has no mass; of alpha too."""
+        z = np.append(velocity[:-1], self.ends(turning))
+        return np.append((self.mesh.mass @ z)[self.free], 0.0)
 
     def energy(self, state: _State) -> float:
         """Elastic energy in EI2/L."""
-        return 0.5 * self.compression * float(state.z @ (self.stiffness @ state.z))
-
-    def middle_weights(self) -> tuple[NDArray[np.int64], Array, Array]:
-        """Dofs, and their weights in Z and in Z' at midspan (inside an element, if their number is odd)."""
-        n, h = self.elements, 1.0 / self.elements
-        if n % 2 == 0:
-            return np.array([n, n + 1]), np.array([1.0, 0.0]), np.array([0.0, 1.0])
-        value = np.array([0.5, 0.125 * h, 0.5, -0.125 * h])
-        return np.arange(n - 1, n + 3), value, np.array([-1.5 / h, -0.25, 1.5 / h, -0.25])
+        return 0.5 * self.compression * float(state.z @ (self.mesh.stiffness @ state.z))
 
     def middle(self, z: Array) -> tuple[float, float]:
         """Z and Z' at midspan."""
-        index, value, slope = self.middle_weights()
-        return float(value @ z[index]), float(slope @ z[index])
+        height, slope = self.mesh.middle @ z
+        return float(height), float(slope)
 
     def observe(self, state: _State, parameter: float) -> tuple[float, float, float]:
         """z(1/2)/L, the z-component of the unit tangent there, and sigma^2."""
-        height, slope = (value * self.compression**0.5 for value in self.middle(state.z))
+        height, slope = (value * self.scale for value in self.middle(state.z))
         return height, slope / float(np.hypot(1.0, slope)), state.load
 
     def positions(self, state: _State, parameter: float) -> Array:
         """Nodal positions in L; x is shortened by the slope, so that the end lies at 1 - dL/L."""
-        return self.shapes(state.z[None])[0]
-
-    def shapes(self, z: Array) -> Array:
-        """Positions (rows, nodes, 3) in L of nodal values Z, Z' (rows, 2 nodes)."""
-        value, slope = z[:, 0::2], z[:, 1::2]
-        h = 1.0 / self.elements
-        rise = np.diff(value)
-        left, right = slope[:, :-1], slope[:, 1:]
-        # int Z'^2 over each cubic, exactly
-        square = 1.2 * rise**2 / h - 0.2 * rise * (left + right)
-        square += h / 15 * (2 * left**2 - left * right + 2 * right**2)
-        x = np.tile(np.linspace(0.0, 1.0, self.elements + 1), (len(z), 1))
-        x[:, 1:] -= 0.5 * self.compression * np.cumsum(square, axis=1)
-        return np.stack((x, np.zeros_like(x), value * self.compression**0.5), axis=2)
+        return self.mesh.shapes(state.z[None], self.compression)[0]

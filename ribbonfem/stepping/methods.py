@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -135,5 +136,11 @@ def method_of(
         return newmark()
     if name == "discrete-gradient":
         return discrete_gradient()
-    tableau = method if isinstance(method, Tableau) else tableaus.TABLEAUS[name]()
+    tableau = method if isinstance(method, Tableau) else _tableau(name)
     return Method(tableau.name, tableau.constrained, tableau=tableau)
+
+
+@cache
+def _tableau(name: str) -> Tableau:
+    """One of `tableaus`, whose conditions are checked once."""
+    return tableaus.TABLEAUS[name]()

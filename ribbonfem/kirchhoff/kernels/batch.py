@@ -1,34 +1,25 @@
-"""Elements of a rod, four at a time (`jit.simd`): a group.
-
-Arrays of groups have an axis of them first and one of `WIDTH` elements last; places without an
-element repeat the last one, so that nothing there is ever singular.
-"""
+"""What the nodes of a rod have, for its elements four at a time (`jit.groups`)."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import INLINED, OPTIONS, groups_of, in_fours
 from ribbonfem.jit.simd import WIDTH, load, store, transposed
 from ribbonfem.results import Array
 
-OPTIONS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz"}}
-# of what is called for an element, a point or a node: to hand over these tuples costs more than its work
-INLINED: dict[str, Any] = {**OPTIONS, "inline": True}
-
-
-def groups_of(elements: int) -> int:
-    """How many groups of `WIDTH` hold so many elements."""
-    return -(-elements // WIDTH)
-
-
-def in_fours(table: Array) -> Array:
-    """A table (E, ...) as (G, ..., WIDTH)."""
-    elements = len(table)
-    which = np.minimum(np.arange(WIDTH * groups_of(elements)), elements - 1)
-    return np.ascontiguousarray(np.moveaxis(table[which].reshape(-1, WIDTH, *table.shape[1:]), 1, -1))
+__all__ = [
+    "INLINED",
+    "OPTIONS",
+    "WIDTH",
+    "add_to_nodes",
+    "collect",
+    "force_at",
+    "groups_of",
+    "in_fours",
+    "of_nodes",
+]
 
 
 @compiled(**INLINED)

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ribbonfem.ends.kernels import Ends
-from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 
-ELASTICA, QUASILINEAR = 0, 1
 # MEAN: of one stage, its flows those of the whole step
 ONE_STAGE, DIRK, MEAN = range(3)
 # what `run` returns
@@ -32,42 +28,10 @@ HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 8, 9, 10
 # kept
 ROW_SIZE = 11
 
-NEWTON_LIMIT = 10
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
 # t*; a shorter step is taken whatever energy it gains
 SHORT = 1e-6
-
-
-@by_reference
-class Tables(NamedTuple):
-    """A beam as arrays; those of the other beam are empty.
-
-    Elastica, per element and in the local order of scikit-fem (left hat, right hat, bubbles):
-    `value` (E, p + 1, p) and `force` (E, p, p) at the Gauss points with weights `dx` (E, p),
-    `bending`, `inertia` (E, p + 1, p + 1) and `coupling` int chi_i' N_k (E, p + 1, p), `dofs`
-    (E, p + 1), `places` as `local_places`, `compliance` c.  Quasi-linear: symmetric bands
-    [i, d] = A[i + d, i] of `stiffness`, `tension`, `mass` over all nodal values.  Both:
-    `clamp`, d(clamped dof)/d(alpha); `middle_dof`, `middle_weight`, the combination of q that
-    is the height at midspan.
-    """
-
-    kind: int
-    clamp: float
-    middle_dof: np.ndarray
-    middle_weight: Array
-    value: Array
-    force: Array
-    dx: Array
-    bending: Array
-    inertia: Array
-    coupling: Array
-    dofs: np.ndarray
-    places: np.ndarray
-    compliance: float
-    stiffness: Array
-    tension: Array
-    mass: Array
 
 
 @by_reference
@@ -138,55 +102,3 @@ class ModelFunctions(NamedTuple):
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
     measure: Callable[..., Any]  # (model, nu, solved): `Measures`, of stage or instant
     record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
-
-
-@by_reference
-class Scratch(NamedTuple):
-    """Memory of the solvers, allocated once."""
-
-    band: Array
-    pivots: np.ndarray
-    right: Array
-    local: Array
-    qp: Array
-    vp: Array
-    q: Array
-    v: Array
-    a: Array
-    w: Array
-    a2: Array
-    v2: Array
-    clamp: Array
-    y: Array
-    y2: Array
-    stage_v: Array
-    stage_a: Array
-    rate: Array
-
-
-@by_reference
-class Beam(NamedTuple):
-    """A beam in motion: q, v, a, w at the last accepted instant, the auxiliary acceleration, the rate of w.
-
-    `row_q` (rows, dofs of q) and `row_w` (rows, dofs of w) take the configurations of rows.
-    """
-
-    t: Tables
-    s: Scratch
-    q: Array
-    v: Array
-    a: Array
-    auxiliary: Array
-    w: Array
-    dw: Array
-    row_q: Array
-    row_w: Array
-
-
-@compiled()
-def clear(s: Scratch, n: int, width: int) -> None:
-    """No band and no right-hand side yet."""
-    for i in range(n):
-        s.right[i] = 0.0
-        for d in range(2 * width + 1):
-            s.band[i, d] = 0.0

@@ -1,0 +1,95 @@
+"""What the compiled time loop of the elastica works on: clock, state and memory."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ribbonfem.jit.groups import groups_of
+from ribbonfem.jit.references import by_reference
+from ribbonfem.jit.simd import WIDTH
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.controls import CONTROLS
+from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
+
+from .beam import PHI, ROWS, Beam, Solver
+
+# places in the clock behind those of Newton: stages remembered, and how many when the step began
+POINTS, KNOWN = range(COMMON, COMMON + 2)
+CLOCK_SIZE = COMMON + 2
+
+# solved stages that are remembered, and those through which a guess is laid
+MEMORY, GUESS = 16, 3
+
+
+@by_reference
+class Motion(NamedTuple):
+    """State at the last accepted instant: u (G, ROWS, WIDTH), see `beam`; v, a, auxiliary (G, PHI, WIDTH).
+
+    turning (G, P + 1, WIDTH), rates of phi at the last kink.
+    """
+
+    u: Array
+    v: Array
+    a: Array
+    auxiliary: Array
+    turning: Array
+    clock: Array
+
+
+@by_reference
+class Scratch(NamedTuple):
+    """What a step overwrites, and the stages remembered for guesses.
+
+    u, v, a as in `Motion`, of the stage; rp, vp, known: r = rp + b a, v = vp + f a, and what stands against
+    sigma r (`residual`); stage_v, stage_a of all stages; known_u (MEMORY, G, ROWS, WIDTH), states with
+    accelerations in place of positions, at known_time; controls (CONTROLS, 3).
+    """
+
+    u: Array
+    v: Array
+    a: Array
+    rp: Array
+    vp: Array
+    known: Array
+    stage_v: Array
+    stage_a: Array
+    known_time: Array
+    known_u: Array
+    lagrange: Array
+    controls: Array
+
+
+@by_reference
+class Moving(NamedTuple):
+    """A beam in motion; `row_u` (rows, G, FORCE, WIDTH) takes r and phi of rows."""
+
+    beam: Beam
+    solver: Solver
+    scratch: Scratch
+    motion: Motion
+    row_u: Array
+
+
+def scratch(elements: int, stages: int) -> Scratch:
+    """Memory for a mesh and a method."""
+    groups = groups_of(elements)
+
+    def four(*shape: int) -> Array:
+        return np.zeros((*shape, WIDTH))
+
+    return Scratch(
+        u=four(groups, ROWS),
+        v=four(groups, PHI),
+        a=four(groups, PHI),
+        rp=four(groups, PHI),
+        vp=four(groups, PHI),
+        known=four(groups, PHI),
+        stage_v=four(stages, groups, PHI),
+        stage_a=four(stages, groups, PHI),
+        known_time=np.zeros(MEMORY),
+        known_u=four(MEMORY, groups, ROWS),
+        lagrange=np.zeros(GUESS),
+        controls=np.zeros((CONTROLS, 3)),
+    )

@@ -1,0 +1,49 @@
+"""What is left over of the equations of the elastica in motion.
+
+Every stage of every method solves the same, with r = rp + b a and v = vp + f a:
+
+    m (a + nu v) + D^T n = loads          of each r
+    dE/dphi - T^T n = 0                   of each phi
+    D r - t (1 + c n.t) = 0               at each Gauss point
+
+m (a + nu v) less the loads is m (sigma r - known), with sigma = (1 + nu f) / b.
+"""
+
+from __future__ import annotations
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.jit.simd import load, spread, store
+from ribbonfem.results import Array
+
+from .beam import FORCE, PHI, Beam, P, Solver, Z
+from .points import cosine_sine, interpolated, resolved
+
+
+@compiled(**OPTIONS)
+def residual(beam: Beam, s: Solver, u: Array, known: Array, sigma: float) -> None:
+    """The residual of a state, element by element, in s.rest; known (G, PHI, WIDTH)."""
+    rest, points = s.rest, s.points
+    for group in range(rest.shape[0]):
+        for k in range(P):
+            angle, bent, x, z = interpolated(beam.value, beam.coupling, u, group, k)
+            cos, sin = cosine_sine(angle)
+            along, across = resolved(u, group, k, cos, sin)
+            weight = beam.weights[k]
+            stretch = weight * (1.0 + beam.soft * along)
+            store(rest, (group, FORCE + 2 * k), x - stretch * cos)
+            store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin)
+            store(points, (0, k), bent * (1.0 / weight) - load(beam.natural, (group, k)))
+            store(points, (1, k), stretch * across)
+        for i in range(P + 1):
+            x = z = moment = spread(0.0)
+            for k in range(P):
+                coupling = beam.coupling[k, i]
+                x += coupling * load(u, (group, FORCE + 2 * k))
+                z += coupling * load(u, (group, FORCE + 2 * k + 1))
+                moment += coupling * load(points, (0, k)) - beam.value[k, i] * load(points, (1, k))
+            mass = beam.mass[i]
+            store(rest, (group, i), x + mass * (sigma * load(u, (group, i)) - load(known, (group, i))))
+            z += mass * (sigma * load(u, (group, Z + i)) - load(known, (group, Z + i)))
+            store(rest, (group, Z + i), z)
+            store(rest, (group, PHI + i), moment)

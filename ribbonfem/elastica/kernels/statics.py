@@ -1,0 +1,152 @@
+"""The elastica at rest: residual and tangent of all angles and the end force, for continuation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.linalg.banded import factors_of
+from ribbonfem.results import Array
+
+from .beam import P
+
+
+@compiled(**OPTIONS)
+def _assemble(
+    phi: Array,
+    force: Array,
+    push: Array,
+    carried: Array,
+    value: Array,
+    weights: Array,
+    coupling: Array,
+    bending: Array,
+    soft: float,
+    ends: Array,
+    band: Array,
+    border: Array,
+    corner: Array,
+    residual: Array,
+    column: Array,
+) -> None:
+    """Residual and second derivatives of the Lagrangian in the inner angles and the mean of n.
+
+    Parameters
+    ----------
+    phi: (nodes,) angles.  force: (2,), n without what loads make of it.  push: (2,), the one at midspan, and
+        its change with the parameter.
+    carried: (elements, P, 5), n by the weight, n by a push of 1, and the natural curvature.
+    value, weights, coupling, bending, soft: see `beam.Beam`.
+    ends: (2,) changes of phi of the left and of the right clamp with the parameter.
+    band: (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border: (2, m); corner: (2, 2).
+    residual, column: (m + 2,), the gradient, its last rows without the chord, and its change with the
+        parameter.  All are filled.
+    """
+    inner = phi.shape[0] - 2
+    for a in range(inner):
+        for d in range(P + 1):
+            band[a, d] = 0.0
+        border[0, a] = border[1, a] = 0.0
+    for a in range(inner + 2):
+        residual[a] = column[a] = 0.0
+    corner[0, 0] = corner[0, 1] = corner[1, 0] = corner[1, 1] = 0.0
+    for e in range(carried.shape[0]):
+        first = e * P - 1
+        for k in range(P):
+            angle = bent = 0.0
+            for i in range(P + 1):
+                angle += value[k, i] * phi[first + 1 + i]
+                bent += coupling[k, i] * phi[first + 1 + i]
+            cos, sin, weight = math.cos(angle), math.sin(angle), weights[k]
+            nx = force[0] + carried[e, k, 0] + push[0] * carried[e, k, 2]
+            nz = force[1] + carried[e, k, 1] + push[0] * carried[e, k, 3]
+            along, across = nx * cos + nz * sin, nz * cos - nx * sin
+            stretch = weight * (1.0 + soft * along)
+            axial = weight * soft
+            curved = along * stretch - axial * across * across
+            bx = sin * stretch - axial * across * cos
+            bz = -cos * stretch - axial * across * sin
+            residual[inner] -= stretch * cos
+            residual[inner + 1] -= stretch * sin
+            corner[0, 0] -= axial * cos * cos
+            corner[0, 1] -= axial * cos * sin
+            corner[1, 1] -= axial * sin * sin
+            moment = bent / weight - carried[e, k, 4]
+            # of a push that changes with the parameter
+            more_x, more_z = push[1] * carried[e, k, 2], push[1] * carried[e, k, 3]
+            turned = bx * more_x + bz * more_z
+            longer = axial * (cos * more_x + sin * more_z)
+            column[inner] -= longer * cos
+            column[inner + 1] -= longer * sin
+            for i in range(P + 1):
+                a = first + i
+                by_x, by_z = value[k, i] * bx, value[k, i] * bz
+                if 0 <= a < inner:
+                    residual[a] += coupling[k, i] * moment - value[k, i] * stretch * across
+                    column[a] += value[k, i] * turned
+                    border[0, a] += by_x
+                    border[1, a] += by_z
+                    for j in range(i, P + 1):
+                        if first + j < inner:
+                            band[a, j - i] += value[k, i] * value[k, j] * curved
+                        else:
+                            column[a] += value[k, i] * value[k, j] * curved * ends[1]
+                else:
+                    end = ends[0] if a < 0 else ends[1]
+                    column[inner] += by_x * end
+                    column[inner + 1] += by_z * end
+                    if a < 0:
+                        for j in range(1, P + 1):
+                            column[j - 1] += value[k, i] * value[k, j] * curved * end
+        for i in range(P + 1):
+            a = first + i
+            for j in range(i, P + 1):
+                if a < 0:
+                    if j > 0:
+                        column[first + j] += bending[i, j] * ends[0]
+                elif first + j >= inner:
+                    if a < inner:
+                        column[a] += bending[i, j] * ends[1]
+                else:
+                    band[a, j - i] += bending[i, j]
+
+
+@compiled(allocates=True, **OPTIONS)
+def linearised(
+    phi: Array,
+    force: Array,
+    push: Array,
+    carried: Array,
+    value: Array,
+    weights: Array,
+    coupling: Array,
+    bending: Array,
+    soft: float,
+    ends: Array,
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, int]:
+    """Residual and its change with the parameter, the tangent, its factors and their negative pivots."""
+    inner = phi.shape[0] - 2
+    band, border, corner = np.empty((inner, P + 1)), np.empty((2, inner)), np.empty((2, 2))
+    residual, column = np.empty(inner + 2), np.empty(inner + 2)
+    _assemble(
+        phi,
+        force,
+        push,
+        carried,
+        value,
+        weights,
+        coupling,
+        bending,
+        soft,
+        ends,
+        band,
+        border,
+        corner,
+        residual,
+        column,
+    )
+    factors, rows, last, negative = factors_of(band, border, corner)
+    return residual, column, band, border, corner, factors, rows, last, negative

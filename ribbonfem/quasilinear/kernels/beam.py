@@ -1,0 +1,146 @@
+"""The quasi-linear beam in motion as arrays, and the memory in which it is solved.
+
+Heights are Z = z / L (dL/L)^(-1/2).  Unknowns are the free dofs z (n,) and the load sigma^2; the ends
+e = (Z, Z' at s = 0, Z, Z' at s = 1) are what the clamps do.  Of K, G and M, the matrices of int Z''^2,
+int Z'^2 and int Z^2, there is the band of the free dofs, [d, i] = A[i + d, i], the rows of the ends against
+them (4, n), and the ends' own (4, 4).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ribbonfem.jit.references import by_reference
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.controls import CONTROLS
+from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
+
+# places in the clock behind those of Newton: stages remembered, and how many when the step began
+POINTS, KNOWN = range(COMMON, COMMON + 2)
+CLOCK_SIZE = COMMON + 2
+# solved stages that are remembered, and those through which a guess is laid
+MEMORY, GUESS = 16, 3
+ENDS = 4
+
+
+@by_reference
+class Matrix(NamedTuple):
+    """A symmetric matrix: band (w + 1, n), ends (4, n), corner (4, 4)."""
+
+    band: Array
+    ends: Array
+    corner: Array
+
+
+@by_reference
+class Beam(NamedTuple):
+    """The discretisation, and what acts on it.
+
+    middle (n + 4,) makes Z at midspan of z and e; height (n,) is the largest value of each shape function,
+    and weight (n,) the load of the weight along z, over (dL/L)^(1/2), which is `scale`.
+    """
+
+    stiffness: Matrix
+    tension: Matrix
+    mass: Matrix
+    middle: Array
+    height: Array
+    weight: Array
+    scale: float
+
+
+@by_reference
+class Motion(NamedTuple):
+    """State at the last accepted instant: z, v, a, auxiliary (n,); load (1,); ends (3, 4), e and rates."""
+
+    z: Array
+    v: Array
+    a: Array
+    auxiliary: Array
+    load: Array
+    ends: Array
+    clock: Array
+
+
+@by_reference
+class Scratch(NamedTuple):
+    """What a step overwrites, and the stages remembered for guesses.
+
+    z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
+    stands against sigma z in the inertia; pulled, G e; given, the forces of ends and loads on the free dofs;
+    row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; more, column:
+    (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse.
+    """
+
+    z: Array
+    v: Array
+    a: Array
+    load: Array
+    ends: Array
+    rp: Array
+    vp: Array
+    known: Array
+    pulled: Array
+    given: Array
+    row: Array
+    rest: Array
+    change: Array
+    more: Array
+    column: Array
+    factors: Array
+    pivots: Array
+    stage_v: Array
+    stage_a: Array
+    known_time: Array
+    known_a: Array
+    known_load: Array
+    lagrange: Array
+    controls: Array
+    jumps: Array
+
+
+@by_reference
+class Moving(NamedTuple):
+    """A beam in motion; `row_z` (rows, n + 4) takes z and e of rows."""
+
+    beam: Beam
+    scratch: Scratch
+    motion: Motion
+    row_z: Array
+
+
+def scratch(count: int, width: int, stages: int) -> Scratch:
+    """Memory for so many free dofs, a half-bandwidth and a method."""
+
+    def free(*shape: int) -> Array:
+        return np.zeros((*shape, count))
+
+    return Scratch(
+        z=free(),
+        v=free(),
+        a=free(),
+        load=np.zeros(1),
+        ends=np.zeros((3, ENDS)),
+        rp=free(),
+        vp=free(),
+        known=free(),
+        pulled=free(),
+        given=free(),
+        row=free(),
+        rest=free(),
+        change=np.zeros(1),
+        more=free(),
+        column=free(),
+        factors=np.zeros((width + 1, count + width)),
+        pivots=free(),
+        stage_v=free(stages),
+        stage_a=free(stages),
+        known_time=np.zeros(MEMORY),
+        known_a=free(MEMORY),
+        known_load=np.zeros(MEMORY),
+        lagrange=np.zeros(GUESS),
+        controls=np.zeros((CONTROLS, 3)),
+        jumps=np.zeros(ENDS),
+    )

@@ -1,0 +1,70 @@
+"""Hidden constraints of the quasi-linear beam: velocities, accelerations and the load that fit its clamps.
+
+The ends carry mass, so that a jump of their rates moves their neighbours too.
+"""
+
+from __future__ import annotations
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.linalg.array_ops import copy
+from ribbonfem.stepping.kernels.newton import SIGMA
+
+from .bands import add_product, dot, factor, solve_both
+from .beam import ENDS, Beam, Motion, Scratch
+from .stage import add_ends, at_end, give, shortening, square
+
+
+@compiled(**OPTIONS)
+def _bordered(t: Scratch, last: float) -> float:
+    """Solve M x - row y = t.rest, row x = last with the factors; x in t.rest, y returned."""
+    for i in range(t.rest.shape[0]):
+        t.column[i] = t.row[i]
+    solve_both(t.factors, t.pivots, t.rest, t.column)
+    y = (last - dot(t.row, t.rest)) / dot(t.row, t.column)
+    for i in range(t.rest.shape[0]):
+        t.rest[i] += y * t.column[i]
+    return y
+
+
+@compiled(**OPTIONS)
+def project(beam: Beam, m: Motion, t: Scratch, nu: float) -> float:
+    """Put v, a and the load onto the hidden constraints; return the impulse on the left clamp's slope.
+
+    The velocity nearest to m.v in the kinetic energy, with the ends t.ends; then the acceleration and the
+    load that go with it.
+    """
+    n = m.z.shape[0]
+    m.clock[SIGMA] = 0.0
+    for d in range(t.factors.shape[0]):
+        for i in range(t.factors.shape[1]):
+            t.factors[d, i] = beam.mass.band[d, i] if i < n else 0.0
+    factor(t.factors, t.pivots)
+    square(beam.tension, m.z, t.ends[0], t.row)
+    # M (v - v0) - G Z p = 0 on the free dofs, Z^T G v = the rate of the shortening
+    jumps = t.jumps
+    off = shortening(beam, t.controls, 1) - dot(t.row, m.v)
+    for c in range(ENDS):
+        off -= at_end(beam.tension, c, m.z, t.ends[0]) * t.ends[1, c]
+        jumps[c] = t.ends[1, c] - m.ends[1, c]
+    for i in range(n):
+        t.rest[i] = 0.0
+    add_ends(beam.mass, -1.0, jumps, t.rest)
+    pulse = _bordered(t, off)
+    impulse = at_end(beam.mass, 1, t.rest, jumps) - at_end(beam.tension, 1, m.z, t.ends[0]) * pulse
+    for i in range(n):
+        m.v[i] += t.rest[i]
+    # M (a + nu v) + K Z - sigma^2 G Z = loads, Z^T G a + v^T G v = the second rate of the shortening
+    give(beam, t, nu)
+    copy(t.given, t.rest)
+    add_product(beam.mass.band, -nu, m.v, t.rest)
+    add_product(beam.stiffness.band, -1.0, m.z, t.rest)
+    speed = square(beam.tension, m.v, t.ends[1], t.more)
+    off = shortening(beam, t.controls, 2) - speed
+    for c in range(ENDS):
+        off -= at_end(beam.tension, c, m.z, t.ends[0]) * t.ends[2, c]
+    m.load[0] = _bordered(t, off)
+    copy(t.rest, m.a)
+    copy(t.rest, m.auxiliary)
+    copy(t.ends, m.ends)
+    return impulse

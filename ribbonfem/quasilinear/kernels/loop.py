@@ -1,0 +1,247 @@
+"""The time loop of the quasi-linear beam: what it predicts, solves, measures and keeps (`stepping`)."""
+
+from __future__ import annotations
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.linalg.array_ops import add, copy
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import (
+    DIRK,
+    HEIGHT,
+    PHASE,
+    TIME,
+    VELOCITY,
+    Measures,
+    ModelFunctions,
+    Ramp,
+    Scheme,
+)
+from ribbonfem.stepping.kernels.controls import controls_at
+from ribbonfem.stepping.kernels.loop import loop_of
+from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
+from ribbonfem.stepping.kernels.slow import allowed
+
+from . import consistent
+from .bands import dot
+from .beam import ENDS, GUESS, KNOWN, MEMORY, POINTS, Moving
+from .stage import at_end, factorise, give, move, residual, set_ends, solve, square
+
+# an increment that leads nowhere
+LARGEST = 1e3
+
+_newton = newton_of(Equations(residual, factorise, solve, move))
+
+
+@compiled(**OPTIONS)
+def _remember(model: Moving, clock: Array, time: float, a: Array, load: float) -> None:
+    """Keep a solved stage for guesses."""
+    t = model.scratch
+    slot = int(clock[POINTS]) % MEMORY
+    clock[POINTS] += 1.0
+    t.known_time[slot], t.known_load[slot] = time, load
+    copy(a, t.known_a[slot])
+
+
+@compiled(**OPTIONS)
+def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
+    """Guesses of z and the load at a time, from the polynomials through the last stages known."""
+    t = model.scratch
+    known = int(clock[POINTS])
+    count = min(GUESS, known)
+    copy(t.rp, t.z)
+    t.load[0] = 0.0
+    for j in range(count):
+        weight, slot = 1.0, (known - 1 - j) % MEMORY
+        for i in range(count):
+            if i != j:
+                ti = t.known_time[(known - 1 - i) % MEMORY]
+                weight *= (time - ti) / (t.known_time[slot] - ti)
+        add(t.known_a[slot], b * weight, t.z)
+        t.load[0] += weight * t.known_load[slot]
+
+
+@compiled(**OPTIONS)
+def _known(model: Moving, m: Scheme, i: int, h: float, nu: float) -> tuple[float, float]:
+    """Put what a stage knows in t.rp, t.vp, t.known; return b and f of z = rp + b a, v = vp + f a."""
+    y, t = model.motion, model.scratch
+    n = y.z.shape[0]
+    if m.kind != DIRK:
+        share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
+        b, f = m.r1 * h * h * share, m.v1 * h * share
+        of_a, of_old = m.alpha_f / (1.0 - m.alpha_m), m.alpha_m / (1.0 - m.alpha_m)
+        for k in range(n):
+            old = y.auxiliary[k]
+            new = of_a * y.a[k] - of_old * old
+            t.rp[k] = y.z[k] + h * y.v[k] + h * h * (m.r0 * old + m.r1 * new)
+            t.vp[k] = y.v[k] + h * (m.v0 * old + m.v1 * new)
+    else:
+        f = h * m.a[i, i]
+        b = f * f
+        copy(y.z, t.rp)
+        copy(y.v, t.vp)
+        for j in range(i):
+            add(t.stage_v[j], h * m.a[i, j], t.rp)
+            add(t.stage_a[j], h * m.a[i, j], t.vp)
+        add(t.vp, f, t.rp)
+    sigma = (1.0 + nu * f) / b
+    for k in range(n):
+        t.known[k] = sigma * t.rp[k] - nu * t.vp[k]
+    return b, f
+
+
+@compiled(**OPTIONS)
+def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
+    t, y, beam = model.scratch, model.motion, model.beam
+    controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
+    set_ends(beam, t.controls, t.ends)
+    impulse = consistent.project(beam, y, t, ramp.damping)
+    if reset:
+        clock[POINTS] = 0.0
+        _remember(model, clock, clock[TIME], y.a, y.load[0])
+    return impulse
+
+
+@compiled(**OPTIONS)
+def _rescale(model: Moving, ratio: float) -> None:
+    y = model.motion
+    for k in range(y.a.shape[0]):
+        y.auxiliary[k] = y.a[k] + (y.auxiliary[k] - y.a[k]) * ratio
+
+
+@compiled(**OPTIONS)
+def _begin(model: Moving, clock: Array) -> None:
+    copy(model.motion.v, model.scratch.stage_v[0])
+    copy(model.motion.a, model.scratch.stage_a[0])
+    clock[KNOWN] = clock[POINTS]
+    renew(clock)
+
+
+@compiled(**OPTIONS)
+def _stage(
+    model: Moving,
+    m: Scheme,
+    ramp: Ramp,
+    clock: Array,
+    i: int,
+    h: float,
+    at: float,
+    angle: float,
+    spin: float,
+) -> int:
+    """Solve a stage into t.z, t.v, t.a, t.load of the scratch t."""
+    t, beam, nu = model.scratch, model.beam, ramp.damping
+    controls_at(ramp.ends, int(clock[PHASE]), at, t.controls)
+    set_ends(beam, t.controls, t.ends)
+    give(beam, t, nu)
+    b, f = _known(model, m, i, h, nu)
+    _guess(model, clock, at, b)
+    used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
+    inverse = 1.0 / b
+    for k in range(t.z.shape[0]):
+        t.a[k] = inverse * (t.z[k] - t.rp[k])
+        t.v[k] = t.vp[k] + f * t.a[k]
+    if used > 0:
+        _remember(model, clock, at, t.a, t.load[0])
+    if m.kind == DIRK:
+        copy(t.v, t.stage_v[i])
+        copy(t.a, t.stage_a[i])
+    return used
+
+
+@compiled(**OPTIONS)
+def _error(model: Moving, m: Scheme, h: float) -> float:
+    """Estimated local error of the heights, counted the more the slower the beam creeps."""
+    t, y, beam = model.scratch, model.motion, model.beam
+    share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
+    error = speed = 0.0
+    for k in range(y.a.shape[0]):
+        if m.kind != DIRK:
+            old = y.auxiliary[k]
+            new = share * t.a[k] + (m.alpha_f * y.a[k] - m.alpha_m * old) / (1.0 - m.alpha_m)
+            change = h * (m.error0 * old + m.error1 * new)
+        else:
+            change = 0.0
+            for j in range(m.stages):
+                change += m.error[j] * t.stage_v[j, k]
+        error = max(error, beam.height[k] * abs(change))
+        speed = max(speed, beam.height[k] * abs(t.v[k]))
+    return h * error / allowed(beam.scale * speed)
+
+
+@compiled(**OPTIONS)
+def _reject(model: Moving, clock: Array) -> None:
+    clock[POINTS] = clock[KNOWN]
+
+
+@compiled(**OPTIONS)
+def _accept(model: Moving, m: Scheme, h: float) -> None:
+    """Take over the last stage."""
+    t, y = model.scratch, model.motion
+    if m.kind != DIRK:
+        share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
+        for k in range(y.a.shape[0]):
+            known = (m.alpha_f * y.a[k] - m.alpha_m * y.auxiliary[k]) / (1.0 - m.alpha_m)
+            y.auxiliary[k] = share * t.a[k] + known
+    copy(t.z, y.z)
+    copy(t.v, y.v)
+    copy(t.a, y.a)
+    copy(t.load, y.load)
+    copy(t.ends, y.ends)
+
+
+@compiled(**OPTIONS)
+def _flowing(
+    model: Moving, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float
+) -> tuple[float, float]:
+    """Kinetic energy, and the moment on the left clamp's slope."""
+    beam = model.beam
+    moment = at_end(beam.stiffness, 1, z, ends[0]) - load * at_end(beam.tension, 1, z, ends[0])
+    moment += at_end(beam.mass, 1, a, ends[2]) + nu * at_end(beam.mass, 1, v, ends[1])
+    return 0.5 * square(beam.mass, v, ends[1], model.scratch.more), moment
+
+
+@compiled(**OPTIONS)
+def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
+    t = model.scratch
+    kinetic, moment = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
+    return 2.0 * nu * kinetic, t.ends[1, 1] * moment
+
+
+@compiled(**OPTIONS)
+def _measure(model: Moving, nu: float, solved: bool) -> Measures:
+    """Energies, what they lose and take, load (`ModelFunctions`)."""
+    beam, t, y = model.beam, model.scratch, model.motion
+    if solved:
+        kinetic, moment = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
+        elastic, load, spin = 0.5 * square(beam.stiffness, t.z, t.ends[0], t.more), t.load[0], t.ends[1, 1]
+    else:
+        kinetic, moment = _flowing(model, y.z, y.v, y.a, y.load[0], y.ends, nu)
+        elastic, load, spin = 0.5 * square(beam.stiffness, y.z, y.ends[0], t.more), y.load[0], t.ends[1, 1]
+    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, spin * moment, load
+
+
+@compiled(**OPTIONS)
+def _record(model: Moving, rows: Array, row: int) -> None:
+    """Height and velocity at midspan, and the dofs."""
+    y, middle = model.motion, model.beam.middle
+    n = y.z.shape[0]
+    height, velocity = dot(middle[:n], y.z), dot(middle[:n], y.v)
+    for k in range(n):
+        model.row_z[row, k] = y.z[k]
+    for c in range(ENDS):
+        height += middle[n + c] * y.ends[0, c]
+        velocity += middle[n + c] * y.ends[1, c]
+        model.row_z[row, n + c] = y.ends[0, c]
+    rows[row, HEIGHT], rows[row, VELOCITY] = height, velocity
+
+
+_loop = loop_of(
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+)
+
+
+@compiled()
+def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
+    """The time loop of the quasi-linear beam, see `loop_of`; its clamped dof is Z'(0) = -alpha / scale."""
+    return _loop(model, m, ramp, clock, -1.0 / model.beam.scale, rows)

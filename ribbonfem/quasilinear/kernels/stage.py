@@ -1,0 +1,141 @@
+"""The equations of a stage of the quasi-linear beam, for Newton with kept factors.
+
+    M (Z_tt + nu Z_t) + K Z - sigma^2 G Z = loads,   Z^T G Z / 2 = 1 + (compression added) / dL
+
+with z = zp + b a and v = vp + f a.  The tangent is a band that depends on the step and on the load alone,
+and a border by the constraint, G Z, which every iteration takes anew.
+"""
+
+from __future__ import annotations
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import INLINED, OPTIONS
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
+
+from .bands import add_product, add_three, dot, factor, solve_both
+from .beam import ENDS, Beam, Matrix, Moving, Scratch
+
+
+@compiled(**OPTIONS)
+def set_ends(beam: Beam, controls: Array, ends: Array) -> None:
+    """Put the ends (3, 4), with their rates and accelerations, where the controls are."""
+    for which in range(3):
+        ends[which, 0] = 0.0
+        ends[which, 1] = -controls[LEFT, which] / beam.scale
+        ends[which, 2] = controls[LIFT, which] / beam.scale
+        ends[which, 3] = controls[RIGHT, which] / beam.scale
+
+
+@compiled(**INLINED)
+def shortening(beam: Beam, controls: Array, which: int) -> float:
+    """Z^T G Z / 2 at the clamps as they are, or its rates."""
+    added = controls[COMPRESSION, which] / (beam.scale * beam.scale)
+    return 1.0 + added if which == 0 else added
+
+
+@compiled(**INLINED)
+def add_ends(matrix: Matrix, factor: float, e: Array, y: Array) -> None:
+    """y (n,) += factor times the matrix's rows of the free dofs against the ends e (4,)."""
+    for c in range(ENDS):
+        if e[c] != 0.0:
+            for i in range(y.shape[0]):
+                y[i] += factor * e[c] * matrix.ends[c, i]
+
+
+@compiled(**OPTIONS)
+def at_end(matrix: Matrix, c: int, z: Array, e: Array) -> float:
+    """Row c of the ends of the product with (z, e)."""
+    total = dot(matrix.ends[c], z)
+    for other in range(ENDS):
+        total += matrix.corner[c, other] * e[other]
+    return total
+
+
+@compiled(**OPTIONS)
+def square(matrix: Matrix, z: Array, e: Array, product: Array) -> float:
+    """(z, e) A (z, e); product (n,) becomes the free rows of A (z, e)."""
+    for i in range(z.shape[0]):
+        product[i] = 0.0
+    add_product(matrix.band, 1.0, z, product)
+    add_ends(matrix, 1.0, e, product)
+    total = dot(z, product)
+    for c in range(ENDS):
+        if e[c] != 0.0:
+            total += e[c] * at_end(matrix, c, z, e)
+    return total
+
+
+@compiled(**OPTIONS)
+def give(beam: Beam, t: Scratch, nu: float) -> None:
+    """Put what the ends and loads do to the free dofs of a stage in t.pulled and t.given."""
+    n = t.given.shape[0]
+    push = t.controls[PUSH, 0] / beam.scale
+    for i in range(n):
+        t.given[i] = beam.weight[i] - push * beam.middle[i]
+        t.pulled[i] = 0.0
+    add_ends(beam.tension, 1.0, t.ends[0], t.pulled)
+    add_ends(beam.stiffness, -1.0, t.ends[0], t.given)
+    add_ends(beam.mass, -nu, t.ends[1], t.given)
+    add_ends(beam.mass, -1.0, t.ends[2], t.given)
+
+
+@compiled(**INLINED)
+def residual(model: Moving, sigma: float) -> None:
+    """What is left over of the balance in t.rest, of the constraint in t.change, and G Z in t.row."""
+    beam, t = model.beam, model.scratch
+    n, load = t.z.shape[0], t.load[0]
+    for i in range(n):
+        t.row[i] = t.pulled[i]
+        t.more[i] = sigma * t.z[i] - t.known[i]
+        t.rest[i] = -load * t.pulled[i] - t.given[i]
+    k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
+    add_three(k, g, m, load, t.z, t.more, t.rest, t.row)
+    corner = 0.0
+    for c in range(ENDS):
+        for d in range(ENDS):
+            corner += t.ends[0, c] * beam.tension.corner[c, d] * t.ends[0, d]
+    length = 0.5 * (dot(t.z, t.row) + dot(t.z, t.pulled) + corner)
+    t.change[0] = length - shortening(beam, t.controls, 0)
+
+
+@compiled(**OPTIONS)
+def factorise(model: Moving, sigma: float) -> None:
+    """Factors of the band at the stage's load."""
+    beam, t = model.beam, model.scratch
+    n, load = t.z.shape[0], t.load[0]
+    for d in range(t.factors.shape[0]):
+        for i in range(n):
+            bent = beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
+            t.factors[d, i] = bent + sigma * beam.mass.band[d, i]
+        for i in range(n, t.factors.shape[1]):
+            t.factors[d, i] = 0.0
+    factor(t.factors, t.pivots)
+
+
+@compiled(**OPTIONS)
+def solve(model: Moving, sigma: float) -> float:
+    """Increments of z and of the load in t.rest and t.change; the largest of a height."""
+    t, height = model.scratch, model.beam.height
+    n = t.rest.shape[0]
+    for i in range(n):
+        t.column[i] = t.row[i]
+    solve_both(t.factors, t.pivots, t.rest, t.column)
+    # A dz - row dload = -rest, row dz = -change
+    more = (dot(t.row, t.rest) - t.change[0]) / dot(t.row, t.column)
+    largest = 0.0
+    for i in range(n):
+        step = more * t.column[i] - t.rest[i]
+        t.rest[i] = step
+        largest = max(largest, height[i] * abs(step))
+    t.change[0] = more
+    return largest + 0.0 * more
+
+
+@compiled(**INLINED)
+def move(model: Moving) -> None:
+    """Add the increments."""
+    t = model.scratch
+    for i in range(t.z.shape[0]):
+        t.z[i] += t.rest[i]
+    t.load[0] += t.change[0]
