@@ -23,6 +23,7 @@ from compare.models import MODELS
 from compare.sweep import Progress, Sweep
 from compare.sweep.pool import WorkerPool
 from compare.sweep.pool import alone as no_workers
+from compare.sweep.task import edition
 from ribbonfem import Scene
 from ribbonfem.jit.cache import folders, made_from, read, write
 
@@ -107,10 +108,13 @@ def _processor() -> bytes:
     return repr(cpu_target.target_context.codegen().magic_tuple()).encode()
 
 
-def done(job: str) -> str | None:
-    """The digest of what a job computed in the process that compiled it; None if none has."""
+def done(job: str) -> tuple[str, str] | None:
+    """The digest of what a job computed in the process that compiled it, and the package's edition then.
+
+    None if none has.
+    """
     payload = read(*_place(job))
-    return None if payload is None else payload.decode()
+    return None if payload is None else tuple(payload.decode().split(maxsplit=1))  # type: ignore[return-value]
 
 
 def make(job: str) -> float:
@@ -118,7 +122,7 @@ def make(job: str) -> float:
     begin = time.perf_counter()
     computed = digest_of(job)
     if done(job) is None:
-        write(*_place(job), computed.encode())
+        write(*_place(job), f"{computed} {edition()}".encode())
     return time.perf_counter() - begin
 
 
@@ -148,16 +152,14 @@ class Background:
     def __init__(self, jobs: dict[str, Future[float]], progress: Progress) -> None:
         self.jobs, self._progress = jobs, progress
 
-    def wait(self, title: str = "compiling, once") -> dict[str, float]:
-        """Until all are done; the seconds of each that could be done there."""
+    def wait(self, title: str = "compiling, once") -> None:
+        """Until all are done."""
         bar = self._progress.bar(title, len(self.jobs), sum(JOBS[job].seconds for job in self.jobs))
-        seconds = {}
         for job, future in self.jobs.items():
             # (of workers that were lost the process that needs it does the work)
             with suppress(BrokenExecutor):
-                seconds[job] = future.result()
+                future.result()
             bar.advance(JOBS[job].seconds)
-        return seconds
 
 
 @contextmanager
@@ -173,7 +175,8 @@ def background(*jobs: str, processes: int, progress: Progress) -> Iterator[Backg
     about = max(
         max(JOBS[job].seconds for job in missing), sum(JOBS[job].seconds for job in missing) / processes
     )
-    progress.say(f"compiling, once, about {about:.0f} s: {', '.join(missing)}")
+    # (of a quick machine that does nothing else, and of one at half its speed)
+    progress.say(f"compiling, once, {about:.0f} to {2 * about:.0f} s: {', '.join(missing)}")
     pool = WorkerPool(min(processes, len(missing)))
     try:
         yield Background({job: pool.submit(make, job) for job in missing}, progress)

@@ -14,6 +14,9 @@ from ribbonfem.results import Array
 from . import kernels
 from .rod import Rod, RodState
 
+# strain: of steps that turn edges further nothing is foreseen
+_FORESEEN = 1e-3
+
 
 def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
     """The step control given, or the one that suits the rod's shear and thickness.
@@ -87,6 +90,13 @@ class Statics:
 
     def advance(self, state: RodState, increment: Array, parameter: float) -> RodState:
         """Move the free unknowns by `increment` and the clamps to `parameter`; carry the frames."""
+        return self._moved(state, increment, parameter, True)
+
+    def predict(self, state: RodState, increment: Array, parameter: float) -> RodState:
+        """Move likewise along a curve of equilibria: tensions stay about what they are."""
+        return self._moved(state, increment, parameter, False)
+
+    def _moved(self, state: RodState, increment: Array, parameter: float, linear: bool) -> RodState:
         rod = self.rod
         step = np.zeros(4 * rod.nodes)
         step[rod.free] = increment
@@ -98,8 +108,11 @@ class Statics:
         # clamps may twist by more than half a turn: the twist is measured near to what comes of that
         twist = state.twist.copy()
         twist[1:-1] += turn[1:-1] - turn[:-2]
-        moved = RodState(x, np.empty_like(state.m1), state.twist.copy(), parameter)
-        kernels.carry(self.edges(state.x)[0], state.m1, twist, self.edges(x)[0], turn, moved.m1, moved.twist)
+        lag = np.empty(len(state.m1))
+        moved = RodState(x, np.empty_like(state.m1), state.twist.copy(), parameter, lag)
+        (before, shorter), (after, inverse) = self.edges(state.x), self.edges(x)
+        kernels.carry(before, state.m1, twist, after, turn, moved.m1, moved.twist)
+        kernels.fall_short(before, shorter, after, inverse, rod.rest, linear, lag)
         # exact values where transport leaves rounding behind
         moved.m1[0], moved.m1[-1] = normals
         return moved
@@ -177,6 +190,13 @@ class Statics:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         free = self.rod.free
         _, gradient, hessian = self.assemble(state)
+        if state.lag is not None and np.abs(state.lag).max() < _FORESEEN:
+            # An edge that turns in a step is stretched by the square of its turn, and the tangent takes
+            # the large tension for real.  With the one that was to be, Newton needs half the iterations
+            # (D. Magisano et al., Comput. Methods Appl. Mech. Eng. 313 (2017) 986).
+            tangent, inverse = self.edges(state.x)
+            tension = self.rod.stretch / self.rod.rest * state.lag * inverse
+            kernels.hold_tension(hessian, tangent, tension)
         slope = self.slope(state, hessian, parameter)[free]
         factors = hessian.copy()
         index = kernels.factor(factors, free.start, free.stop)

@@ -23,13 +23,15 @@ CLAMPS = ("centred", "two-node")
 class RodState:
     """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node.
 
-    `at` is the parameter at which they are: loads are those of it.
+    `at` is the parameter at which they are: loads are those of it.  `lag` (N - 1,) is by how much the edges'
+    strains fall short of those that the step to it was to make.
     """
 
     x: Array
     m1: Array
     twist: Array
     at: float = 0.0
+    lag: Array | None = None
 
     def copy(self) -> RodState:
         """Return a state with arrays of its own."""

@@ -34,6 +34,8 @@ from .rod import Rod, RodState
 _FLAT = 1e-6
 # L: at a pitchfork a descent step below the first may be rounding, and states within the second the same one
 _NEUTRAL, _APART = 1e-5, 1e-2
+# L: a descent that makes steps below this only does not move
+_STANDING = 1e-11
 # nodes of the rod that is sheared on the way to a finer one, and its longest step in dW/L
 _COARSE, _STRIDE = 25, 0.1
 # steps that follow a sheet closely
@@ -137,6 +139,9 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         # at a pitchfork rounding moves the state along its neutral mode, and that does not end
         stalled += 0.9 * before < size < _NEUTRAL
         if stable and (size < 1e-9 or stalled >= 5):
+            return state
+        if stalled >= 5 and size < _STANDING:
+            # symmetric, and on top of the pitchfork: nothing pushes it off, and its index is rounding
             return state
         before = size
     raise SolverError(f"no stable equilibrium of {rod.nodes} nodes found within {most} descent steps")

@@ -49,6 +49,7 @@ def test_a_killed_worker_loses_nothing(cluster, tmp_path):
     assert len(list(tmp_path.rglob("*.result"))) == 15
 
 
-def test_no_scheduler_is_told():
+def test_no_scheduler_is_told(monkeypatch):
+    monkeypatch.setattr("compare.sweep.cluster._PATIENCE", 0.5)
     with pytest.raises(OSError, match=r"127\.0\.0\.1"), executor_at("tcp://127.0.0.1:1"):
         pass

@@ -253,7 +253,7 @@ def test_words_are_utf_8_whatever_the_locale(tmp_path, scene):
 
 def test_an_interrupt_is_one_line_and_keeps_what_is_finished(tmp_path):
     # far more runs than end between two looks at the folder, on any machine
-    grid = ("--rates", "0.02:0.2:20", "--dampings", "0.3:3:20", "--nodes", "31", "--processes", "2")
+    grid = ("--rates", "0.2:2:20", "--dampings", "1:10:20", "--nodes", "31", "--processes", "2")
     # a shell has its background jobs ignore interrupts, and their children would too
     listening = {
         "start_new_session": True,

@@ -27,6 +27,7 @@ def section(tmp_path_factory):
         patch.setattr(folds, "REFINED", folds.REFINED[:1])
         patch.setattr(folds, "FINEST", 20)
         patch.setattr(folds, "BOUND_SCENES", (Scene(shear=0.37), Scene(shear=0.40), SKIPPED))
+        patch.setattr(sheared, "RODS_EVERY", 0.12)
         patch.setattr(shear_figures, "MAPPED", (0.10, 0.20))
         patch.setattr(shear_figures, "LINES", (0.1, 0.2, 0.4, 0.65))
         patch.setattr(shear_figures, "COMPRESSIONS", (0.4,))

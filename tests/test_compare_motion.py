@@ -1,14 +1,19 @@
+from dataclasses import replace
+
 import numpy as np
 
 from compare.report.registry import publish
-from compare.reproduction import cases, delay
+from compare.reproduction import cases, delay, delays
 from compare.reproduction.named import CASES
 from compare.studies import speed
 from compare.studies.speed import equal_error
 from compare.sweep import Sweep
 
 
-def test_delay_against_theory(tmp_path):
+def test_delay_against_theory(tmp_path, monkeypatch):
+    for name, elements in (("quasi-linear beam", 22), ("elastica", 14)):
+        coarse = replace(delays.SYSTEMS[name], mesh={"elements": elements})
+        monkeypatch.setitem(delays.SYSTEMS, name, coarse)
     found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
     section, _ = publish(delay.COMMAND, found, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}

@@ -9,13 +9,14 @@ import pytest
 
 import compare
 from compare import compilation
+from compare.sweep.task import edition
 from ribbonfem import Scene
 
-# of each kind of model an entry that is compiled anew while the others are loaded
+# of each kind of model an entry that is compiled anew while others, which share its parts, are loaded
 ANEW = {
-    "elements in motion": "assemble",
+    "elements in motion": "strains",
     "planar beams in motion": "factored",
-    "rods in motion": "record",
+    "rods in motion": "carry",
 }
 SCRIPT = """
 import sys
@@ -39,7 +40,10 @@ def everything():
 
 @pytest.mark.parametrize("job", compilation.JOBS)
 def test_code_that_is_loaded_computes_what_it_did_where_it_was_compiled(job):
-    assert compilation.done(job) == compilation.digest_of(job)
+    compiled, written = compilation.done(job)
+    if written != edition():
+        pytest.skip("compiled before what surrounds the kernels was changed")
+    assert compiled == compilation.digest_of(job)
 
 
 @pytest.mark.parametrize("job", ANEW)
@@ -48,7 +52,7 @@ def test_an_entry_compiled_anew_changes_no_bit(job):
         [sys.executable, "-c", SCRIPT, job, ANEW[job]], capture_output=True, text=True, env=os.environ
     )
     assert run.returncode == 0, run.stderr
-    assert run.stdout.split() == [compilation.done(job), "True"]
+    assert run.stdout.split() == [compilation.digest_of(job), "True"]
 
 
 def test_nothing_is_left_to_compile():

@@ -1,9 +1,12 @@
 """Compiled code is kept between processes, and made anew when a file that it stands on has changed."""
 
 import ast
+import itertools
+import json
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
@@ -52,28 +55,95 @@ def package(folder, **files):
         (room / f"{name}.py").write_text(text)
 
 
-def running(folder, script, **environment):
-    """A process that runs a script with the package."""
-    return subprocess.Popen(
-        [sys.executable, "-c", script],
-        env={
-            **os.environ,
-            "PYTHONPATH": str(folder),
-            "NUMBA_CACHE_DIR": str(folder / "cache"),
+# Forks a process for every script, with the compiler loaded and nothing of ours: a second each is saved.
+FORKS = """
+import json, os, sys, traceback
+import numba.core.compiler, numba.core.caching, numba.core.event, numba.extending, numba.np.arrayobj
+import numba.core.typing.templates, numpy.linalg
+from numba import config, njit
+njit("f8(f8)")(lambda x: 2.0 * x)
+for line in sys.stdin:
+    asked = json.loads(line)
+    if isinstance(asked, int):
+        print(os.waitstatus_to_exitcode(os.waitpid(asked, 0)[1]), flush=True)
+        continue
+    process = os.fork()
+    if process:
+        print(process, flush=True)
+        continue
+    for stream, name in ((1, "out"), (2, "err")):
+        os.dup2(os.open(asked[name], os.O_WRONLY | os.O_CREAT | os.O_TRUNC), stream)
+    os.environ.update(asked["environment"])
+    os.chdir(asked["folder"])
+    sys.path.insert(0, asked["folder"])
+    config.reload_config()
+    status = 0
+    try:
+        exec(asked["script"], {"__name__": "__main__"})
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    sys.stdout.flush()
+    os._exit(status)
+"""
+
+
+class Forks:
+    """Processes that run a script each."""
+
+    def __init__(self):
+        self.server = subprocess.Popen(
+            [sys.executable, "-c", FORKS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def ask(self, what):
+        self.server.stdin.write(json.dumps(what) + "\n")
+        self.server.stdin.flush()
+        return int(self.server.stdout.readline())
+
+
+@pytest.fixture(scope="module")
+def forks():
+    made = Forks()
+    yield made
+    made.server.communicate()
+
+
+@pytest.fixture
+def running(forks, tmp_path):
+    """Start a process that runs a script with the package; what it said is had by `said`."""
+    count = itertools.count()
+
+    def start(script, **environment):
+        number = next(count)
+        files = {name: str(tmp_path / f"{number}.{name}") for name in ("out", "err")}
+        surroundings = {
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
             # a second file is of the same length, and perhaps of the same second
             "PYTHONDONTWRITEBYTECODE": "1",
             **environment,
-        },
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+        }
+        asked = {"script": script, "folder": str(tmp_path), "environment": surroundings, **files}
+        return Running(forks, forks.ask(asked), files)
+
+    return start
+
+
+@dataclass
+class Running:
+    forks: Forks
+    process: int
+    files: dict
+
+    def ended(self):
+        """Its status, and what it wrote."""
+        status = self.forks.ask(self.process)
+        return status, *(Path(self.files[name]).read_text(encoding="utf-8") for name in ("out", "err"))
 
 
 def said(process):
-    out, err = process.communicate()
-    assert process.returncode == 0, err
+    status, out, err = process.ended()
+    assert status == 0, err
     return out, err
 
 
@@ -87,16 +157,16 @@ print(value, sum(event.is_start for _, event in recorder.buffer))
 """
 
 
-def test_a_change_in_another_file_is_seen(tmp_path):
+def test_a_change_in_another_file_is_seen(tmp_path, running):
     found = []
     for factor in ("2.0", "2.0", "3.0"):
         package(tmp_path, callee=CALLEE.format(factor=factor), caller=CALLER)
-        found.append(said(running(tmp_path, COUNTED))[0].split())
+        found.append(said(running(COUNTED))[0].split())
     # the entry and its two parts, or nothing
     assert found == [["3.0", "3"], ["3.0", "0"], ["4.0", "3"]]
 
 
-def test_functions_of_one_name_and_kind_of_arguments_stay_apart(tmp_path):
+def test_functions_of_one_name_and_kind_of_arguments_stay_apart(tmp_path, running):
     """One made here and one that was kept, or both kept: the code loaded first does not serve the other."""
     for name, factor in (("one", "2.0"), ("other", "3.0")):
         caller = CALLER.replace(".callee", f".{name}_callee")
@@ -107,11 +177,11 @@ def test_functions_of_one_name_and_kind_of_arguments_stay_apart(tmp_path):
         "print({})"
     )
     for calls in ("one(1.0)", "one(1.0), other(1.0)", "other(1.0), one(1.0)"):
-        out, _ = said(running(tmp_path, script.format(calls)))
+        out, _ = said(running(script.format(calls)))
         assert out.split() == [{"one": "3.0", "other": "4.0"}[call[:-5]] for call in calls.split(", ")]
 
 
-def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
+def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path, running):
     """An installation over an older one finds code kept of arguments that it does not have any more."""
     package(
         tmp_path,
@@ -122,7 +192,7 @@ def test_what_was_kept_of_a_class_that_is_gone_is_made_anew(tmp_path):
     (tmp_path / "old.py").write_text(pair)
     for arguments in ("__import__('old').Pair(1.0, 2.0)", "(3.0, 4.0)"):
         script = f"from ribbonfem.kernels.field import first; print(first({arguments}))"
-        out, _ = said(running(tmp_path, script))
+        out, _ = said(running(script))
         (tmp_path / "old.py").unlink(missing_ok=True)
     assert out == "3.0\n"
 
@@ -138,16 +208,16 @@ def spoilt(name, data):
     }[name]
 
 
-def test_a_spoilt_file_is_made_anew(tmp_path):
+def test_a_spoilt_file_is_made_anew(tmp_path, running):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
-    said(running(tmp_path, COUNTED))
+    said(running(COUNTED))
     (file,) = (tmp_path / "cache").rglob("*.nbc")
     whole = file.read_bytes()
     for fault in ("empty", "cut", "a byte short", "another byte", "of another version", "words"):
         file.write_bytes(spoilt(fault, whole))
-        assert said(running(tmp_path, COUNTED))[0] == "3.0 3\n", fault
+        assert said(running(COUNTED))[0] == "3.0 3\n", fault
         assert file.stat().st_size == len(whole)
-    assert said(running(tmp_path, COUNTED))[0] == "3.0 0\n"
+    assert said(running(COUNTED))[0] == "3.0 0\n"
 
 
 @pytest.mark.parametrize(
@@ -155,41 +225,39 @@ def test_a_spoilt_file_is_made_anew(tmp_path):
     [
         # no folder can be made, here nor at home
         {"NUMBA_CACHE_DIR": "/dev/null/here"},
-        # nothing can be written: a full disk says so in the middle of a file
+        # little can be written (what is told is): a full disk says so in the middle of a file
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))",
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))",
     ],
     ids=["no folder", "disk full"],
 )
 @pytest.mark.skipif(os.name != "posix", reason="limits of files are Unix's")
-def test_code_that_cannot_be_kept_is_compiled_and_told_once(tmp_path, before):
+def test_code_that_cannot_be_kept_is_compiled_and_told_once(tmp_path, before, running):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
     script = "from ribbonfem.kernels.caller import called; print(called(1.0), called(1))"
     environment = before if isinstance(before, dict) else {}
     first = "" if environment else before + "\n"
-    out, err = said(running(tmp_path, first + script, **environment))
+    out, err = said(running(first + script, **environment))
     assert out == "3.0 3.0\n"
     assert err.count("compiled code is not kept") == 1
     assert "NUMBA_CACHE_DIR" in err
     assert not list((tmp_path / "cache").rglob("*.nbc*"))
 
 
-def test_processes_that_need_the_same_compile_it_once(tmp_path):
+def test_processes_that_need_the_same_compile_it_once(tmp_path, running):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
-    counts = sorted(said(process)[0] for process in [running(tmp_path, COUNTED) for _ in range(4)])
+    counts = sorted(said(process)[0] for process in [running(COUNTED) for _ in range(4)])
     assert counts == ["3.0 0\n"] * 3 + ["3.0 3\n"]
 
 
-def test_a_process_that_was_killed_while_it_compiled_stops_nobody(tmp_path):
+def test_a_process_that_was_killed_while_it_compiled_stops_nobody(tmp_path, running):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
     process = running(
-        tmp_path,
         "import os\nfrom ribbonfem.jit import cache\n"
         "cache.write = lambda *_: os.kill(os.getpid(), 9)\n" + COUNTED,
     )
-    process.communicate()
-    assert process.returncode == -9
-    assert said(running(tmp_path, COUNTED))[0] == "3.0 3\n"
+    assert process.ended()[0] == -9
+    assert said(running(COUNTED))[0] == "3.0 3\n"
 
 
 @compiled()
@@ -233,10 +301,10 @@ def test_a_function_is_called_both_ways():
     assert foreign(1.0) == 6.0
 
 
-def test_with_another_release_of_the_compiler_every_function_is_compiled_its_own_way(tmp_path):
+def test_with_another_release_of_the_compiler_every_function_is_compiled_its_own_way(tmp_path, running):
     package(tmp_path, callee=CALLEE.format(factor="2.0"), caller=CALLER)
     script = "import numba; numba.__version__ = '99.0'\n" + COUNTED
-    assert [said(running(tmp_path, script))[0] for _ in range(2)] == ["3.0 2\n", "3.0 0\n"]
+    assert [said(running(script))[0] for _ in range(2)] == ["3.0 2\n", "3.0 0\n"]
 
 
 @pytest.mark.parametrize("module", KERNELS)

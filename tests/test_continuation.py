@@ -17,6 +17,8 @@ from ribbonfem.continuation import (
     switch,
     trace,
 )
+from ribbonfem.continuation.between import root
+from ribbonfem.continuation.corrector import NotConverged
 from ribbonfem.ends import Ends
 from ribbonfem.kirchhoff.problem import Statics
 from ribbonfem.kirchhoff.states import named
@@ -259,3 +261,44 @@ def test_states_that_fork_from_u_close_on_themselves_in_the_shear():
     shears = sorted(event.point.parameter for event in tips)
     assert shears == pytest.approx([0.3331031] * 2 + [0.4906103] * 2, abs=1e-6)
     assert {segment.end.index for segment in segments} == {0}
+
+
+@pytest.mark.parametrize(
+    ("function", "exact"),
+    [
+        (lambda x: x**3 - 2.0, 2.0 ** (1 / 3)),
+        (lambda x: np.cos(x) - x, 0.7390851332151607),
+        (lambda x: np.tanh(30.0 * (x - 0.3)), 0.3),
+        # at an end, but for rounding
+        (lambda x: 2.0 - x - 1e-13, 2.0),
+        (lambda x: -1e-15 - x, 0.0),
+    ],
+)
+def test_roots_in_few_values(function, exact):
+    asked = []
+
+    def value(x):
+        asked.append(x)
+        return float(function(x))
+
+    low, high = (-1.0, 1.0) if exact == 0.0 else (0.0, 2.0)
+    assert root(value, low, high, 1e-9) == pytest.approx(exact, abs=1e-9)
+    assert len(asked) < 16
+    with pytest.raises(ValueError, match="no root"):
+        root(value, 5.0, 6.0, 1e-9)
+
+
+def test_where_no_value_is_found_beside_a_root_the_least_counts():
+    def value(x):
+        if abs(x - 0.5) < 1e-9:
+            raise NotConverged
+        return x - 0.5 + 0.1 * (x - 0.5) ** 2
+
+    assert root(value, 0.0, 1.0, 1e-14) == pytest.approx(0.5, abs=1e-7)
+
+
+def test_a_wide_bracket_of_what_is_asked_for_roughly_is_left():
+    """High above low by ten times `within`, and the root at the end: it went round and round."""
+    high = 0.02758198007926773
+    found = root(lambda x: 0.39 if x < 0.9999 * high else -0.01, 0.0, high, 0.1 * high, 0.99 * high)
+    assert abs(found - high) <= 0.15 * high

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pytest
 
+from compare.__main__ import main
 from compare.commands import crosscheck
 from compare.report.folder import PAGE, write_section
 from compare.report.registry import ORDER, publish
@@ -69,18 +70,13 @@ def test_command_line_help_is_light():
     assert time.process_time() - begin < 5.0
 
 
-def test_command_line_json_and_errors(tmp_path):
-    command = [sys.executable, "-m", "compare", "crosscheck", "--out", str(tmp_path), "--json"]
-    done = subprocess.run(
-        [*command, "--compressions", "0.3", "--elements", "16", "--nodes", "21"],
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    values = json.loads(done.stdout)
+def test_command_line_json_and_errors(tmp_path, capsys):
+    command = ["crosscheck", "--out", str(tmp_path), "--json"]
+    assert main([*command, "--compressions", "0.3", "--elements", "16", "--nodes", "21"]) == 0
+    values = json.loads(capsys.readouterr().out)
     assert np.isclose(values["closed_form"]["sigma"], 7.5864, atol=1e-4)
     assert (tmp_path / "report.html").exists()
-    failed = subprocess.run([*command, "--compressions", "1.5"], capture_output=True, text=True)
-    assert failed.returncode == 1
-    assert "compression" in failed.stderr
-    assert "Traceback" not in failed.stderr
+    assert main([*command, "--compressions", "1.5"]) == 1
+    said = capsys.readouterr().err
+    assert "compression" in said
+    assert "Traceback" not in said

@@ -102,6 +102,8 @@ def run_python(block, names, page):
 def follow(page, folder, monkeypatch, slow):
     """Do what a page says; the slow blocks too, or not."""
     monkeypatch.chdir(folder)
+    # what workers do is another test's: each would load everything first
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0})
     names = {"__name__": "page"}
     for block in blocks_of(page):
         if block.mark == "not run" or (block.mark == "slow" and not slow):
@@ -227,6 +229,7 @@ def owner(kind):
 
 def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0})
     notebook = json.loads((GUIDE / "tutorial.ipynb").read_text(encoding="utf-8"))
     code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert len(code) == 10

@@ -32,6 +32,10 @@ class Stopped(Exception):
         (elastica, BEAM, {"elements": 10, **LONG}),
         (elastica, BEAM, {"elements": 300, **LONG}),
         (quasilinear, BEAM, {"elements": 32, **LONG}),
+        # hardly a row is kept
+        (der, RIBBON, {"nodes": 51, "every": 10_000, **BARE}),
+        (kirchhoff, RIBBON, {"elements": 8, "every": 10_000, **LONG}),
+        (elastica, BEAM, {"elements": 10, "every": 10_000, **LONG}),
     ],
 )
 def test_a_long_run_is_interrupted_within_a_second(model, scene, policy):

@@ -1,5 +1,7 @@
 """Which rows of a motion are kept, and that nothing that is found in it depends on them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -178,3 +180,26 @@ def test_a_slow_ramp_of_rods_takes_little_memory():
     assert sum(values.nbytes for values in history.configurations.values()) < 200e6
     assert 0.0 < history.stats["rows_within"] <= 1e-3
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 500_000
+
+
+@pytest.mark.parametrize(
+    ("model", "scene", "mesh"),
+    [(elastica, PLANAR, {"elements": 6}), (kirchhoff, RIBBON, {"elements": 4}), (der, RIBBON, {"nodes": 31})],
+)
+def test_what_a_method_takes_of_the_energy_is_told(model, scene, mesh):
+    """Implicit Euler beyond a snap; of every step, whichever rows are kept."""
+    case = replace(scene, rate=1.0, damping=0.1, hold=0.1)
+    options = {**mesh, "method": "implicit-euler", "step": 5e-3}
+    whole = model.simulate(case, every=1, **options)
+    e = whole.energies
+    balance = e["kinetic"] + e["elastic"] + e["dissipated"] - e["work"]
+    taken, share = whole.stats["numerical_dissipation"], whole.stats["numerical_dissipation_share"]
+    assert taken == pytest.approx(balance[0] - balance[-1], rel=1e-12)
+    assert share == pytest.approx(taken / e["kinetic"].max(), rel=1e-12)
+    assert share > 0.2
+    assert f"the method itself took {taken:.3g} EI2/L, {share:.0%} of the largest kinetic energy" in repr(
+        whole
+    )
+    few = model.simulate(case, every=40, **options)
+    assert len(few) < len(whole) / 20
+    assert few.stats["numerical_dissipation_share"] == share

@@ -17,6 +17,8 @@ COMPRESSIONS = (0.2, 0.3, 0.4, 0.5)
 LINES = (0.02, 0.04, 0.06, 0.08, *(round(0.1 + 0.025 * k, 3) for k in range(22)))
 TABULATED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60)
 MAPPED = (0.10, 0.50)
+# dW/L from one state of rods to the next
+RODS_EVERY = 0.04
 FOUR = ("U+S+", "U+S-", "U-S+", "U-S-")
 # phases: what is stable, its marker and colour
 PHASES = {
@@ -104,7 +106,7 @@ def heights(work: tuple[float, int, int]) -> Heights:
         if curve.family == "U":
             stable = (x < (forks.broken or 1.0)) | (x > (forks.restored or 1.0))
         lines.append((curve.family, x, y, stable))
-    for shear in np.arange(0.02, 0.95 * chord_limit(compression), 0.04):
+    for shear in np.arange(0.02, 0.95 * chord_limit(compression), RODS_EVERY):
         for name in ("U+", "U+S+", "S+"):
             try:
                 rest = der.state(Scene(compression=compression, shear=float(shear), start=name), nodes=nodes)

@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
+# s until a scheduler has to answer
+_PATIENCE = 10.0
+
 
 @contextmanager
 def executor_at(address: str) -> Iterator[Executor]:
@@ -24,5 +27,5 @@ def executor_at(address: str) -> Iterator[Executor]:
         from distributed import Client
     except ImportError:
         raise ValueError("--dask needs dask.distributed: pip install 'ribbonfem[cluster]'") from None
-    with Client(address, timeout="10s") as client, client.get_executor(pure=False, retries=2) as executor:
+    with Client(address, timeout=_PATIENCE) as client, client.get_executor(pure=False, retries=2) as executor:
         yield executor

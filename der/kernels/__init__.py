@@ -61,8 +61,8 @@ from .arrays import (
     Scratch,
 )
 from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
-from .energy import assemble, resist
-from .frames import carry, edges
+from .energy import assemble, hold_tension, resist
+from .frames import carry, edges, fall_short
 from .loop import record, run
 
 # what counts from the beginning of a run
@@ -114,6 +114,8 @@ __all__ = [
     "carry",
     "edges",
     "factor",
+    "fall_short",
+    "hold_tension",
     "multiply",
     "record",
     "resist",

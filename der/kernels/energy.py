@@ -276,3 +276,16 @@ def resist(tangent, inverse, m1, twist, stiffness, rest, stretch, velocity, reta
         viscous[i, 2] = retardation * turn * (0.5 * (dot(kb, ve) + dot(kb, vf)) + wf - we)
         viscous[i, 3] = retardation * stretch[i] / rest * dot(tf, vf) / (i_f * rest)
         te, ie, m1e, m2e = tf, i_f, m1f, m2f
+
+
+@compiled(**OPTIONS)
+def hold_tension(hessian, tangent, force):
+    """Add to a Hessian what forces (N - 1,) along the edges do when these turn, per length of an edge."""
+    for i in range(tangent.shape[0]):
+        for r in range(3):
+            for s in range(3):
+                share = force[i] * ((1.0 if r == s else 0.0) - tangent[i, r] * tangent[i, s])
+                hessian[4 * i + s, 4 + r - s] -= share
+                if r >= s:
+                    hessian[4 * i + s, r - s] += share
+                    hessian[4 * i + 4 + s, r - s] += share

@@ -52,6 +52,21 @@ def edges(x, tangent, inverse):
 
 
 @compiled(**OPTIONS)
+def fall_short(tangent_old, inverse_old, tangent, inverse, rest, linear, lag):
+    """By how much the edges' strains fall short of what a step was to make of them; writes lag (N - 1,).
+
+    It was to change them by its part along the old edges if it was `linear`, else not at all.
+    """
+    for i in range(lag.shape[0]):
+        length = 1.0 / inverse[i]
+        # along the old edge the new one has the length that was foreseen
+        foreseen = (
+            length * dot(triple(tangent_old, i), triple(tangent, i)) if linear else 1.0 / inverse_old[i]
+        )
+        lag[i] = (foreseen - length) / rest
+
+
+@compiled(**OPTIONS)
 def _turned(m, t, angle):
     """m, normal to t, turned about t."""
     square = angle * angle

@@ -57,7 +57,8 @@ class Problem(Protocol[State]):
     """Equilibrium equations in one parameter p.
 
     `weight` (n,) and `parameter_weight` make the arclength ds^2 = sum(weight du^2) +
-    parameter_weight dp^2 independent of the mesh.
+    parameter_weight dp^2 independent of the mesh.  One that moves a state otherwise along a curve
+    than by Newton has a `predict` too, with the arguments of `advance`.
     """
 
     weight: Array
@@ -136,11 +137,26 @@ CHECKS["steps"] = _steps
 
 
 @dataclass(frozen=True)
+class Bend:
+    """How a curve bends: derivatives of (u, p) in the arclength, (n + 1,) each, across the tangent.
+
+    Attributes
+    ----------
+    second, third: d2/ds2 at a point, d3/ds3; the third is 0 where only one step was made.
+    mean: d2/ds2 over the step to the point.
+    """
+
+    second: Array
+    third: Array
+    mean: Array
+
+
+@dataclass(frozen=True)
 class Point(Generic[State]):
     """A point of a curve with its unit tangent (du/ds, dp/ds) and the `step` that led to it.
 
-    `bend` is the tangent's rate of change over that step, (d2u/ds2, d2p/ds2) across the tangent
-    and to first order; None where there was no step.
+    `bend` is to first order; None where there was no step.  `correction` (n + 1,) is what Newton added
+    to the guess by the bend of the point before.
     """
 
     state: State
@@ -151,7 +167,8 @@ class Point(Generic[State]):
     linearisation: Linearisation = field(repr=False)
     step: float = 0.0
     iterations: int = 0
-    bend: tuple[Array, float] | None = field(default=None, repr=False)
+    bend: Bend | None = field(default=None, repr=False)
+    correction: Array = field(default_factory=lambda: np.zeros(1), repr=False)
 
 
 class NotConverged(Exception):
@@ -237,63 +254,102 @@ def first_point(
     return Point(state, parameter, direction / size, rate / size, line.index, line)
 
 
+def _predicted(
+    problem: Problem[State], base: Point[State], step: float, near: Point[State] | None
+) -> tuple[State, float]:
+    """A guess at the point at `step` from `base`, with the correction that a point `near` has asked for."""
+    increment, change = step * base.direction, step * base.rate
+    if base.bend is not None:
+        rest = 0.5 * step**2 * base.bend.second + step**3 / 6.0 * base.bend.third
+        if near is not None:
+            # (the cubic is off by the fourth power)
+            rest += (step / near.step) ** 4 * near.correction
+        increment, change = increment + rest[:-1], change + float(rest[-1])
+    parameter = base.parameter + change
+    predict: Callable[[State, Array, float], State] = getattr(problem, "predict", problem.advance)
+    return predict(base.state, increment, parameter), parameter
+
+
 def correct(
-    problem: Problem[State], base: Point[State], step: float, steps: Steps, *, fresh: bool = False
+    problem: Problem[State],
+    base: Point[State],
+    step: float,
+    steps: Steps,
+    *,
+    fresh: bool = False,
+    near: Point[State] | None = None,
 ) -> Point[State]:
     """The point of the curve at pseudo-arclength `step` from `base`.
 
-    Predicted along the parabola of the last step's bend, which saves an iteration against the
-    straight line.  The tangent is of the last linearisation, one (small) increment back, or of
-    a `fresh` one where an event is to be located by it.
+    Predicted along the cubic of the last steps' bends, which saves an iteration or two against the
+    straight line, and better from a point `near` that was found from the same base.  The tangent is of the
+    last linearisation, one (small) increment back, or of a `fresh` one where an event is to be located by it.
     """
     row, corner = problem.weight * base.direction, problem.parameter_weight * base.rate
-    increment, change = step * base.direction, step * base.rate
-    if base.bend is not None:
-        increment = increment + 0.5 * step**2 * base.bend[0]
-        change += 0.5 * step**2 * base.bend[1]
-    parameter = base.parameter + change
-    state = problem.advance(base.state, increment, parameter)
+    state, parameter = _predicted(problem, base, step, near)
+    before, total = parameter, np.zeros_like(base.direction)
     for iteration in range(1, steps.newton + 1):
         line = problem.linearise(state, parameter)
         # Plain block elimination: half the solves of the mixed one, and what it loses where J is
         # nearly singular is a part of a correction, which the next iteration makes good.
         both = line.solve(np.column_stack((line.residual, line.slope)))
         newton, column = both[:, 0], both[:, 1]
-        change = float(row @ newton) / (corner - float(row @ column))
+        across = corner - float(row @ column)
+        change = float(row @ newton) / across
         increment = -newton - change * column
         size = norm(problem, increment, change)
         # a correction that is large against the step may land on a curve that passes nearby
         if not size <= steps.correction * max(step, 1e-3):
             raise NotConverged
         parameter += change
+        total += increment
         state = problem.advance(state, increment, parameter)
-        if size < steps.tolerance:
+        # (where a guess is that good, the tangent and the index at it need not be)
+        if size < steps.tolerance and iteration > 1:
             if fresh:
                 line = problem.linearise(state, parameter)
                 direction, rate = tangent(problem, line, base.direction, base.rate)
             else:
-                length = norm(problem, column, 1.0) * np.sign(corner - float(row @ column))
+                length = norm(problem, column, 1.0) * np.sign(across)
                 direction, rate = -column / length, float(1.0 / length)
-            bent = bend(problem, base, direction, rate, step, (direction, rate)) if step else None
-            return Point(state, parameter, direction, rate, line.index, line, step, iteration, bent)
+            bend = None
+            if step:
+                mean = _bend(problem, base, direction, rate, step, (direction, rate))
+                bend = _bent(mean, base, step)
+            correction = np.append(total, parameter - before)
+            if near is not None:
+                correction += (step / near.step) ** 4 * near.correction
+            return Point(
+                state, parameter, direction, rate, line.index, line, step, iteration, bend, correction
+            )
     raise NotConverged
 
 
-def bend(
+def _bend(
     problem: Problem[State],
     base: Point[State],
     direction: Array,
     rate: float,
     step: float,
     across: tuple[Array, float],
-) -> tuple[Array, float]:
+) -> Array:
     """Rate of change of the tangent from `base` to (direction, rate), a step on, `across` one of the two."""
     u, p = (direction - base.direction) / step, (rate - base.rate) / step
     along = float(problem.weight @ (across[0] * u)) + problem.parameter_weight * across[1] * p
-    return u - along * across[0], p - along * across[1]
+    return np.append(u - along * across[0], p - along * across[1])
+
+
+def _bent(mean: Array, base: Point[State], step: float) -> Bend:
+    """The bend at the end of a step, by the means over it and over the one before."""
+    if base.bend is None:
+        return Bend(mean, np.zeros_like(mean), mean)
+    third = 2.0 / (base.step + step) * (mean - base.bend.mean)
+    return Bend(mean + 0.5 * step * third, third, mean)
 
 
 def inside(problem: Problem[State], base: Point[State], end: Point[State]) -> Point[State]:
-    """The point `base` with the bend of the step to `end`: the best predictor between the two."""
+    """The point `base`, at a step of 0, with the bend of the step to `end`: predicts best between the two."""
     across = base.direction, base.rate
-    return replace(base, bend=bend(problem, base, end.direction, end.rate, end.step, across))
+    mean = _bend(problem, base, end.direction, end.rate, end.step, across)
+    third = np.zeros_like(mean) if end.bend is None else end.bend.third
+    return replace(base, step=0.0, bend=Bend(mean - 0.5 * end.step * third, third, mean))

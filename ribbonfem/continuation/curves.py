@@ -284,11 +284,15 @@ def _folds_beyond(problem: Problem[State], event: Event[State], scene: Scene, st
     if beyond is None:
         return True
     ends = (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
-    for segment in trace(problem, first_point(problem, *beyond, sign), ends, steps, 8):
-        if sign * segment.end.parameter > limit:
-            return False
-        if any(other.kind == "fold" for other in segment.events):
-            return True
+    try:
+        for segment in trace(problem, first_point(problem, *beyond, sign), ends, steps, 8):
+            if sign * segment.end.parameter > limit:
+                return False
+            if any(other.kind == "fold" for other in segment.events):
+                return True
+    except SolverError:
+        # a curve that cannot be followed may turn back
+        return True
     return False
 
 

@@ -13,7 +13,8 @@ from dataclasses import replace
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene
 
-from .corrector import NotConverged, Point, Problem, State, Steps, correct, first_point, inside
+from .between import Between
+from .corrector import NotConverged, Point, Problem, State, Steps, first_point, inside
 from .tracing import Segment, trace
 
 # the index is looked at once a step
@@ -74,11 +75,12 @@ def _first(
 ) -> float:
     """The parameter inside of a segment at which the index is no longer 0, by bisection in the arclength."""
     base = inside(problem, segment.start, segment.end)
+    points = Between(problem, base, segment.end, Steps(), fresh=False)
     low, high, parameter = 0.0, end.step, float(end.parameter)
     for _ in range(36):
         middle = 0.5 * (low + high)
         try:
-            point = correct(problem, base, middle, Steps())
+            point = points.at(middle)
         except NotConverged as error:
             raise SolverError(
                 f"no state found between {base.parameter:.9g} and {end.parameter:.9g} rad"

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ribbonfem.results import Array, SolverError
 
+from .between import Between, root
 from .corrector import (
     Linearisation,
     NotConverged,
@@ -102,13 +102,13 @@ def _between(
 ) -> Point[State]:
     """The point of a segment, beyond its arclength `after`, at which the parameter is nearly `target`."""
     base, length = inside(problem, segment.start, segment.end), segment.end.step
+    points = Between(problem, base, segment.end, steps, fresh=False)
 
     def off(step: float) -> float:
-        parameter = base.parameter if step == 0.0 else correct(problem, base, step, steps).parameter
-        return parameter - target
+        return points.at(step).parameter - target
 
     try:
-        return correct(problem, base, brentq(off, after, length, xtol=1e-5 * length), steps)
+        return points.at(root(off, after, length, 1e-5 * length))
     except (NotConverged, ValueError) as error:
         raise SolverError(
             f"parameter {target:.9g} was not found between {base.parameter:.9g} and "
@@ -152,17 +152,19 @@ def _fold(problem: Problem[State], base: Point[State], end: Point[State], steps:
 
     The parameter is stationary there, so an error e of the root is one of e^2 in the angle.
     """
-    base = inside(problem, base, end)
-    found = {0.0: base, end.step: end}
-
-    def rate(step: float) -> float:
-        if step not in found:
-            found[step] = correct(problem, base, step, steps, fresh=True)
-        return found[step].rate
-
-    root = brentq(rate, 0.0, end.step, xtol=max(1e-7, steps.location) * end.step, rtol=1e-12)
-    rate(root)
-    point = found[root]
+    points = Between(problem, inside(problem, base, end), end, steps)
+    # of the cubic of the parameter through both ends
+    mean = (end.parameter - base.parameter) / end.step
+    bend, change = 3.0 * (base.rate + end.rate - 2.0 * mean), 6.0 * mean - 4.0 * base.rate - 2.0 * end.rate
+    guesses = [float(x.real) for x in np.roots([bend, change, base.rate]) if 0.0 < x.real < 1.0]
+    place = root(
+        lambda step: points.at(step).rate,
+        0.0,
+        end.step,
+        max(1e-7, steps.location) * end.step,
+        guesses[0] * end.step if guesses else None,
+    )
+    point = points.at(place)
     return Event("fold", point, point.direction / norm(problem, point.direction, 0.0))
 
 
@@ -187,28 +189,25 @@ def _branch_point(
     The test function is 1 / (b J^-1 b) with b near the null vector: smooth, with a simple root.
     """
     vector = problem.weight * _null_vector(end.linearisation, problem.weight)
-    base = inside(problem, base, end)
-    found = {0.0: base, end.step: end}
     # increments along the null vector are rounding here; what they leave, the fresh tangent does not show
     steps = replace(steps, tolerance=max(steps.tolerance, Steps.tolerance))
+    points = Between(problem, inside(problem, base, end), end, steps)
 
     def test(step: float) -> float:
-        if step not in found:
-            found[step] = correct(problem, base, step, steps, fresh=True)
-        return 1.0 / float(vector @ found[step].linearisation.solve(vector))
+        return 1.0 / float(vector @ points.at(step).linearisation.solve(vector))
 
-    if test(0.0) * test(end.step) > 0.0:
+    try:
+        point = points.at(root(test, 0.0, end.step, steps.location * end.step))
+    except ValueError:
         return None
-    root = brentq(test, 0.0, end.step, xtol=steps.location * end.step, rtol=1e-12)
-    test(root)
-    line = found[root].linearisation
+    line = point.linearisation
     null = _null_vector(line, problem.weight)
     # Where curves cross, F_p has no part along the null vector.  Where it has one the curve turns:
     # the root is a fold of another curve, onto which the step has jumped.
     scale = max(abs(test(0.0)), abs(test(end.step))) / max(abs(base.rate), abs(end.rate))
     if abs(float(null @ line.slope)) > 1e-3 * scale:
         return None
-    return Event("branch point", found[root], null)
+    return Event("branch point", point, null)
 
 
 def _tip(
@@ -283,7 +282,11 @@ def _ended(
         cut, last = _closed(problem, start, segment, steps), "closed"
     if cut is None:
         return segment
-    kept = tuple(event for event in segment.events if event.point.step <= cut.step)
+    if segment.start.index != segment.end.index:
+        # beside an event rounding decides on which side the cut lies: the index there says how it did
+        kept = segment.events if cut.index != segment.start.index else ()
+    else:
+        kept = tuple(event for event in segment.events if event.point.step <= cut.step)
     return Segment(segment.start, cut, kept, last)
 
 

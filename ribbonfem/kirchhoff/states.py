@@ -219,6 +219,8 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
     if "U" in found and events and shear - events[0].point.parameter < _RESOLVED:
         # rounding would decide: stable itself, or what is resolved beside it
         found["U"] = found["U"][0], int("US" in found)
+        if "US" in found:
+            found["US"] = found["US"][0], 0
     return found
 
 
@@ -385,7 +387,8 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
         state = sheared_back(state)
     problem = in_control(scene, elements, extensible)
     try:
-        return equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)[0]
+        settled, _ = equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)
     except SolverError:
-        # at a fork, where it is as near to equilibrium as it can be told
-        return state
+        settled = state
+    # at a fork it is as near to equilibrium as it can be told, and Newton goes to its image or nowhere
+    return settled if name_of(problem, settled, 0.0) == scene.start else state
