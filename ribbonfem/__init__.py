@@ -11,6 +11,9 @@ from .options import OptionError
 from .results import Branch, Fold, History, Instability, SolverError
 from .scene import Drive, Ribbon, Scene, SceneError, SceneWarning, Schedule
 
+# the name of the version before
+PolicyError = OptionError
+
 __version__ = "0.1.0"
 
 __all__ = [
