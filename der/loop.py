@@ -140,6 +140,7 @@ class Loop:
 
     def go(self, ends: Ends, course: kernels.Course) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
+        self.rows.kinks = ends.kinks
         rows, x, m1 = self._room()
         kernels.record(self.constants, ends, self.motion, self.scratch, course, rows, x, m1, True)
         while True:

@@ -18,15 +18,21 @@ from .rod import Rod, RodState
 _FORESEEN = 1e-3
 
 
+# increments that rounding makes, over the nodes and EA / EI2: several times those that were seen
+_ROUNDING = 2e-20
+
+
 def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
     """The step control given, or the one that suits the rod's shear and thickness.
 
     A point's tangent and index come from the state one Newton increment before it.  An increment
     along an edge changes its tension by EA / EI2 times as much, so that in a thin ribbon even a
-    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2.
+    small one hides the signs of the Hessian: what counts as small shrinks as (h/L)^2, down to what the
+    rounding of tensions leaves of increments, which grows as EA / EI2.
     """
-    usual = steps_for(rod.scene)
-    return steps or replace(usual, tolerance=min(usual.tolerance, 1.2e-2 / rod.scene.ribbon.stretch_ratio))
+    usual, stretch = steps_for(rod.scene), rod.scene.ribbon.stretch_ratio
+    rounding = _ROUNDING * rod.nodes * stretch
+    return steps or replace(usual, tolerance=max(min(usual.tolerance, 1.2e-2 / stretch), rounding))
 
 
 class Statics:

@@ -58,6 +58,8 @@ class Rows:
     ----------
     within: L; a line through the rows passes those that were thinned out within it.
     stats: what is said of the rows, once they are taken.
+    kinks: instants, in the loop's unit, at which the control's speed jumps: their rows are kept.  None where
+        they are those at which it bends.
     """
 
     def __init__(self, size: int, columns: Columns, *shapes: tuple[int, ...], every: int | None) -> None:
@@ -72,6 +74,7 @@ class Rows:
         self._shaped = bool(shapes)
         self._kinetic = 0.0
         self.within = 0.0
+        self.kinks: Array | None = None
         self.stats: dict[str, float] = {}
 
     @property
@@ -181,19 +184,24 @@ class Rows:
                 off = off[:, 0::3] + off[:, 1::3] + off[:, 2::3]
             result[a:b] = np.sqrt(off.max(axis=1))
         # the instant at which the clamp stops is kept
-        bent = angle[1:-1:2] - angle[:-2:2] - share * (angle[2::2] - angle[:-2:2])
-        result[np.abs(bent) > 1e-9] = np.inf
+        bent = np.abs(angle[1:-1:2] - angle[:-2:2] - share * (angle[2::2] - angle[:-2:2]))
+        if self.kinks is None:
+            result[bent > 1e-9] = np.inf
+            return result
+        np.maximum(result, bent, out=result)
+        result[np.isin(time[1:-1:2], self.kinks)] = np.inf
         return result
 
-    @staticmethod
-    def _thin_track(track: RowBuffer) -> None:
+    def _thin_track(self, track: RowBuffer) -> None:
         """Leave out every second step of a track that is away from what happens in it."""
-        _, angle, height, slope, _ = track.written().T
+        time, angle, height, slope, _ = track.written().T
         happens = np.zeros(len(angle), dtype=bool)
         for values in (height, slope):
             happens[1:] |= (values[1:] > 0.0) != (values[:-1] > 0.0)
         happens[1:-1] |= (height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])
         happens[1:-1] |= (angle[2:] == angle[1:-1]) & (angle[1:-1] != angle[:-2])
+        if self.kinks is not None:
+            happens |= np.isin(time, self.kinks)
         stays = np.arange(len(angle)) % 2 == 0
         for row in np.flatnonzero(happens)[:_MOST_EVENTS]:
             stays[max(row - _BESIDE, 0) : row + _BESIDE + 1] = True

@@ -331,3 +331,20 @@ def test_motions_against_elements(retardation):
     assert heights[-1] < 5e-6
     for name, bound in (("elastic", 2e-3), ("potential", 1e-5), ("work", 2e-3)):
         assert off(lambda h, name=name: h.energies[name]).max() < bound
+
+
+@pytest.mark.parametrize("kind", ["smooth", "linear"])
+def test_rows_are_thinned_on_any_schedule(kind, monkeypatch):
+    """Within a bound, the kinks' among those that stay; and what happens is found in all steps."""
+    schedule = Schedule((0.0, 1.0, 2.0, 3.0), (0.0, 0.1, 0.05, 0.2), kind)
+    scene = Scene(start="U+S-", schedule=schedule)
+    whole = der.simulate(scene, nodes=21)
+    monkeypatch.setattr("ribbonfem.rows.MOST", 400_000)
+    monkeypatch.setattr("ribbonfem.rows.LEAST", 50)
+    some = der.simulate(scene, nodes=21)
+    assert len(some) < 0.9 * len(whole)
+    assert some.stats["rows_within"] < 0.01
+    assert np.abs(np.interp(whole.time, some.time, some.height) - whole.height).max() < 0.01
+    np.testing.assert_allclose(schedule(some.time), some.control, atol=1e-9)
+    if kind == "linear":
+        assert np.isin(schedule.kinks, np.round(some.time, 12)).all()

@@ -27,7 +27,7 @@ from .arrays import (
 )
 from .band import FIRST
 from .clamps import add_loads, drift, moves_right, push_at, reaction
-from .frames import INLINED, OPTIONS, edges
+from .frames import OPTIONS, edges
 from .steps import configure, sum_up
 
 
@@ -60,7 +60,7 @@ def begin_phase(rod, ends, motion, s, course, policy):
             clock[POWER] = math.nan
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def _viscous_loss(rod, before, after):
     """The energy that the change of the strains costs within a unit of time."""
     bend_1, bend_2, turn = (

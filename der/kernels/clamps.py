@@ -17,16 +17,16 @@ from ribbonfem.ends.kernels import (
 from ribbonfem.jit.decorator import compiled
 
 from .arrays import CONTROL, PUSH
-from .frames import INLINED
+from .frames import OPTIONS
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def push_at(ends, control):
     """The force at midspan at a control."""
     return ends.fixed[FORCE] + ends.moved[FORCE] * control
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def moves_right(ends):
     """Whether the right clamp moves."""
     m = ends.moved
@@ -35,7 +35,7 @@ def moves_right(ends):
     )
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def place(rod, ends, control, motion, dq):
     """Increments of the clamps' nodes and angles to a control, and the force there."""
     f, m, x0 = ends.fixed, ends.moved, motion.x
@@ -59,7 +59,7 @@ def place(rod, ends, control, motion, dq):
     motion.clock[PUSH] = push_at(ends, control)
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def drift(rod, ends, control, rate, v):
     """Velocities of the clamps' nodes and angles where the control moves at a rate."""
     f, m = ends.fixed, ends.moved
@@ -76,7 +76,7 @@ def drift(rod, ends, control, rate, v):
     v[3], v[4 * nodes - 5] = rate * m[TWIST_LEFT], rate * m[TWIST_RIGHT]
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def reaction(rod, ends, control, gradient):
     """What the clamps' reactions do while the control moves by 1: the derivative of the energy in it."""
     f, m = ends.fixed, ends.moved
@@ -102,7 +102,7 @@ def reaction(rod, ends, control, gradient):
     return total
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def add_loads(rod, ends, push, gradient, nodes):
     """What weight and the force at midspan, down along z, add to the gradient of the first nodes."""
     w = ends.weight

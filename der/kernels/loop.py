@@ -51,7 +51,7 @@ from .arrays import (
     WORK,
 )
 from .band import FIRST
-from .frames import INLINED, OPTIONS, dot, edges, mix, triple
+from .frames import OPTIONS, dot, edges, mix, triple
 from .steps import attempt, largest_move, sum_up
 
 
@@ -117,7 +117,7 @@ def record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
     return not held - clock[START] <= GROWTH * (clock[SCALE] + clock[EFFORT])
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def _energy(motion, rows, row):
     """All that a ribbon has while the control stands still."""
     energy = rows[row, ROW_KINETIC] + rows[row, ROW_ELASTIC] + rows[row, ROW_POTENTIAL]

@@ -26,7 +26,7 @@ from .energy import assemble, resist
 from .frames import INLINED, OPTIONS, carry, edges
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
     if rod.retardation > 0.0:
@@ -62,7 +62,7 @@ def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     )
 
 
-@compiled(**INLINED)
+@compiled(**OPTIONS)
 def configure(motion, s, dq, share):
     """The configuration s.x, its edges and frames, at a share of the increments dq of a step."""
     nodes = motion.x.shape[0]
