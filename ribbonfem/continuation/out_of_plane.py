@@ -28,10 +28,10 @@ def of_start(scene: Scene) -> Scene:
 
     Its stop is the end of a quarter turn, so that scenes share what is found.
     """
-    sign = math.copysign(1.0, scene.rate) * (1.0 if scene.start == "U+" else -1.0)
-    far = 4.0 * _STRETCH if scene.stop is None else abs(scene.stop)
+    sign = scene.direction * (1.0 if scene.start == "U+" else -1.0)
+    far = 4.0 * _STRETCH if scene.furthest is None else abs(scene.furthest)
     stop = min(math.ceil(far / _STRETCH), 64) * _STRETCH
-    return replace(scene, start="U+", rate=sign, stop=sign * stop, hold=0.0, damping=0.0)
+    return replace(scene.at_rest, start="U+", rate=sign, stop=sign * stop)
 
 
 def leaving(problem: Problem[State], state: State, scene: Scene, index: Callable[[State], int]) -> float:
@@ -94,5 +94,5 @@ def _first(
 
 def before_stop(angle: float, scene: Scene) -> float:
     """An angle of `leaving` with the sign of the scene's ramp; NaN if that stops before."""
-    stop = math.inf if scene.stop is None else abs(scene.stop)
-    return math.copysign(angle, scene.rate) if angle < stop else math.nan
+    stop = math.inf if scene.furthest is None else abs(scene.furthest)
+    return math.copysign(angle, scene.direction) if angle < stop else math.nan

@@ -2,7 +2,16 @@
 
 from ribbonfem.names import public
 
-from .functions import equilibria, escape, folds, frequencies, leaves_plane, normal_forms, simulate
+from .functions import (
+    equilibria,
+    escape,
+    folds,
+    frequencies,
+    instabilities,
+    leaves_plane,
+    normal_forms,
+    simulate,
+)
 from .info import MODEL_INFO
 
 __all__ = [
@@ -11,6 +20,7 @@ __all__ = [
     "escape",
     "folds",
     "frequencies",
+    "instabilities",
     "leaves_plane",
     "normal_forms",
     "simulate",

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
 
 from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
-from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.curves import (
+    as_fold,
+    instability_of,
+    ramp_events,
+    ramp_folds,
+    span_of,
+    whole_curve,
+)
 from ribbonfem.delay import NormalForm, normal_form, scene_departure
 from ribbonfem.options import checked
-from ribbonfem.results import Array, Branch, Fold, History
+from ribbonfem.results import Array, Branch, Fold, History, Instability
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.kernels import Scheme
@@ -20,7 +30,16 @@ from . import motion
 from . import out_of_plane as sideways
 from .problem import Statics, _State
 
-__all__ = ["equilibria", "escape", "folds", "frequencies", "leaves_plane", "normal_forms", "simulate"]
+__all__ = [
+    "equilibria",
+    "escape",
+    "folds",
+    "frequencies",
+    "instabilities",
+    "leaves_plane",
+    "normal_forms",
+    "simulate",
+]
 
 # elements at rest and in motion
 AT_REST, ELEMENTS = 16, 8
@@ -57,9 +76,9 @@ def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[
 
     A clamp that is turned against its beam meets one, beyond which the beam is on the other side.
     """
-    limit = 2.0 * math.pi if scene.stop is None else abs(scene.stop)
-    if scene.rate * problem.side > 0.0:
-        point = first_point(problem, problem.start(), 0.0, scene.rate)
+    limit = 2.0 * math.pi if scene.furthest is None else abs(scene.furthest)
+    if scene.turning and scene.drive in ("left", "right") and scene.direction * problem.side > 0.0:
+        point = first_point(problem, problem.start(), 0.0, scene.direction)
         for segment in trace(problem, point, (-limit, limit), steps):
             if segment.end.index or segment.events:
                 fold = segment.events[0] if segment.events else None
@@ -93,6 +112,31 @@ def folds(
     found = _folds(problem, scene, steps)
     of = {"model": "elastica", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
     return tuple(as_fold(problem, event.point, **of) for event in found)
+
+
+@checked
+def instabilities(
+    scene: Scene, *, elements: int = AT_REST, extensible: bool = False, steps: Steps | None = None
+) -> tuple[Instability, ...]:
+    """Where the state that a slow ramp follows is lost, in order: folds, up to the first that is none.
+
+    In the plane by the curve of equilibria, out of it by the second variation.  Parameters and errors as in
+    `folds`.
+    """
+    problem = _problem(scene, elements, extensible)
+    of: dict[str, Any] = {"model": "elastica"}
+    of["policy"] = {"elements": elements, "extensible": extensible}
+    found = ramp_events(problem, problem.start(), scene, steps)
+    points = [instability_of(problem, event, scene, steps, of) for event in found]
+    control = sideways.lost_at(problem, scene)
+    if math.isnan(control) or (points and abs(points[0].control) < abs(control)):
+        return tuple(points)
+    state = problem.start()
+    for part in np.linspace(0.0, control, 25):
+        state, _ = equilibrium(problem, problem.advance(state, np.zeros(len(problem.weight)), part), part)
+    height, _, load = problem.observe(state, control)
+    # the planar state is its own mirror image: no quadratic term; the cubic one is not known in the plane
+    return (Instability(control, "pitchfork", False, True, height, load, scene=scene, **of),)
 
 
 @checked
@@ -139,16 +183,17 @@ def equilibria(
     *,
     elements: int = AT_REST,
     extensible: bool = False,
-    span: tuple[float, float] = (-1.5, 1.5),
+    span: tuple[float, float] | None = None,
     unstable: int = 2,
     steps: Steps | None = None,
 ) -> Branch:
-    """The connected curve of equilibria through the start state, for alpha in `span`.
+    """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
+    Parameters and errors as in `folds`; `span` with 0 inside, (-1.5, 1.5) of angles by default.  The curve climbs through
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
     problem = _problem(scene, elements, extensible)
+    span = span or span_of(scene)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
     return curve.as_branch(scene, policy, "elastica", problem.arclength)
@@ -232,7 +277,6 @@ def simulate(
         "every": every,
         "until": until,
     }
-    moved.stats["leaves_plane"] = sideways.leaves_plane(scene, elements, extensible)
     return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
 
 

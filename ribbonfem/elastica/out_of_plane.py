@@ -16,6 +16,7 @@ over beta and theta that vanish at the clamps, with int s beta ds = 0: the ends 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -86,5 +87,17 @@ def leaves_plane(scene: Scene, elements: int, extensible: bool) -> float:
     """As `elastica.leaves_plane`; NaN also where the states at rest could not be followed."""
     try:
         return before_stop(_leaving(of_start(scene), elements, extensible), scene)
+    except SolverError:
+        return float("nan")
+
+
+def lost_at(problem: Statics, scene: Scene) -> float:
+    """The control at which the states of any drive lose their stability out of the plane; NaN if never."""
+    far, sign = scene.furthest, scene.direction
+    stop = sign * scene.reach_towards(sign) if far is None else far
+    still = replace(scene.at_rest, rate=sign, stop=stop)
+    state, _ = equilibrium(problem, problem.start(), 0.0)
+    try:
+        return sign * leaving(problem, state, still, Sideways(problem, scene.ribbon).index)
     except SolverError:
         return float("nan")

@@ -41,7 +41,7 @@ from ribbonfem.elements.lobatto import LineTables, interpolation_at, line_tables
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import flag, require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Drive, Scene
 from ribbonfem.stepping.kernels.controls import COMPRESSION, CONTROLS, LEFT, LIFT, PUSH, RIGHT
 
 from .kernels import statics as kernels
@@ -114,12 +114,15 @@ def mesh_of(elements: int) -> Mesh:
     return Mesh(tables, nodes, lumps, mass, weights, coupling, coupling.T @ tables.slope[0], middle)
 
 
+# controls of a scene, in the order of `stepping.kernels.controls`
+PLANAR = ("left", "right", "compression", "lift", "force")
+
+
 @lru_cache(maxsize=32)
-def left_clamp(elements: int) -> Rig:
-    """The left clamp turns by the parameter, and nothing else acts; kept."""
-    none, moves = np.zeros(CONTROLS), np.zeros(CONTROLS)
-    moves[LEFT] = 1.0
-    return Rig(none, moves, np.zeros(2), np.zeros((elements, P)))
+def rig_of(drive: Drive, elements: int) -> Rig:
+    """What a drive moves by the parameter, and nothing else acts; kept."""
+    moves = np.array([getattr(drive, name) for name in PLANAR])
+    return Rig(np.zeros(CONTROLS), moves, np.zeros(2), np.zeros((elements, P)))
 
 
 class Statics:
@@ -132,13 +135,15 @@ class Statics:
 
     def __init__(self, scene: Scene, elements: int, extensible: bool, rig: Rig | None = None) -> None:
         scene.require_planar("elastica")
+        if rig is None:
+            scene.require_bare("elastica", PLANAR)
         count = whole_number("elements", elements, 4)
         require_memory("elements", elements, 4e4 * count, "the mesh")
         self.compliance = 1.0 / scene.ribbon.stretch_ratio if flag("extensible", extensible) else 0.0
         self.elements = count
         self.mesh = mesh = mesh_of(count)
         self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
-        self.rig = left_clamp(count) if rig is None else rig
+        self.rig = rig_of(scene.drives, count) if rig is None else rig
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time

@@ -55,6 +55,7 @@ class Statics:
 
     def __init__(self, scene: Scene, elements: int = 1, degree: int | None = None) -> None:
         scene.require_planar("quasilinear")
+        scene.require_bare("quasilinear", ("left",))
         count = whole_number("elements", elements, 1)
         if degree is None:
             degree = ALONE if count == 1 else CUBIC

@@ -11,6 +11,7 @@ phi has no inertia: a small one is lent to the tangent, and refinement of the so
 
 from __future__ import annotations
 
+from ribbonfem.ends.kernels import COMPRESSION, LEFT, LIFT, RIGHT, Ends
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import lane, larger, load, spread, store
@@ -136,8 +137,18 @@ def _moved(s: Solver, t: Scratch) -> tuple[float, float]:
 
 
 @compiled(**OPTIONS)
-def project(beam: Beam, s: Solver, m: Motion, t: Scratch, nu: float) -> float:
-    """Put v, a and n onto the hidden constraints; return the impulse on the left clamp (a moment along phi).
+def _impulse(beam: Beam, s: Solver, ends: Ends) -> float:
+    """On the control, of the impulses on both clamps in s.rest: what the control's rate moves of them."""
+    moved, last = ends.moved, beam.elements - 1
+    group, place = last // WIDTH, last % WIDTH
+    # (phi of the left clamp is minus its angle)
+    total = moved[RIGHT] * s.rest[group, PHI + P, place] - moved[LEFT] * s.rest[0, PHI, 0]
+    return total + moved[LIFT] * s.rest[group, Z + P, place] - moved[COMPRESSION] * s.rest[group, P, place]
+
+
+@compiled(**OPTIONS)
+def project(beam: Beam, s: Solver, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
+    """Put v, a and n onto the hidden constraints; return the impulse on the control.
 
     The velocity nearest to m.v in the kinetic energy, with the clamps as t.controls say; then the
     accelerations and forces that go with it.
@@ -168,7 +179,7 @@ def project(beam: Beam, s: Solver, m: Motion, t: Scratch, nu: float) -> float:
                 _put_balance(beam, s, m, t)
             else:
                 _put_impulses(beam, s, m, t, m.v)
-                impulse = s.rest[0, PHI, 0]
+                impulse = _impulse(beam, s, ends)
             _put_gaps(beam, s, m, t, second)
             solve(beam, s, 1.0)
             change, size = _moved(s, t)

@@ -1,11 +1,12 @@
-"""What the rows of a motion tell of the elastica: its energies, and the moment on its left clamp."""
+"""What the rows of a motion tell of the elastica: its energies, and the power of its controls."""
 
 from __future__ import annotations
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import lane, load, spread
+from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .beam import FORCE, Beam, P, Z
 from .points import Value, cosine_sine, interpolated, resolved
@@ -31,43 +32,74 @@ def kinetic_energy(beam: Beam, v: Array) -> float:
 
 
 @compiled(**INLINED)
-def _moment_at(beam: Beam, k: int, bent: Value, natural: Value, along: Value, across: Value) -> Value:
-    """What a Gauss point has of the moment on the left node of its element."""
-    moment = beam.coupling[k, 0] * (bent * (1.0 / beam.weights[k]) - natural)
-    return moment - (beam.value[k, 0] * beam.weights[k]) * (1.0 + beam.soft * along) * across
+def _moment_at(beam: Beam, k: int, i: int, bent: Value, natural: Value, along: Value, across: Value) -> Value:
+    """What a Gauss point has of the moment on node i of its element."""
+    moment = beam.coupling[k, i] * (bent * (1.0 / beam.weights[k]) - natural)
+    return moment - (beam.value[k, i] * beam.weights[k]) * (1.0 + beam.soft * along) * across
 
 
 @compiled(**OPTIONS)
-def clamp_moment(beam: Beam, u: Array) -> float:
-    """The moment (EI2/L) of the left clamp on the beam, along phi."""
+def clamp_moment(beam: Beam, u: Array, group: int, place: int, i: int) -> float:
+    """The moment (EI2/L) on the beam at node i of an element, along phi."""
     moment = spread(0.0)
     for k in range(P):
-        angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, 0, k)
+        angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
         cos, sin = cosine_sine(angle)
-        along, across = resolved(u, 0, k, cos, sin)
-        moment += _moment_at(beam, k, bent, load(beam.natural, (0, k)), along, across)
-    return lane(moment, 0)
+        along, across = resolved(u, group, k, cos, sin)
+        moment += _moment_at(beam, k, i, bent, load(beam.natural, (group, k)), along, across)
+    # (a lane is a constant)
+    if place == 0:
+        return lane(moment, 0)
+    if place == 1:
+        return lane(moment, 1)
+    return lane(moment, 2) if place == 2 else lane(moment, 3)
 
 
 @compiled(**OPTIONS)
-def elastic_state(beam: Beam, u: Array) -> tuple[float, float, float]:
-    """Elastic energy, moment of the left clamp and mean compressive force of a state."""
-    elastic = force = first = spread(0.0)
+def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
+    """Power of the controls: moments of both clamps, the force of the right one, the push at midspan."""
+    total = 0.0
+    # (phi of the left clamp is minus its angle)
+    if controls[LEFT, 1] != 0.0:
+        total -= controls[LEFT, 1] * clamp_moment(beam, u, 0, 0, 0)
+    last = beam.elements - 1
+    group, place = last // WIDTH, last % WIDTH
+    if controls[RIGHT, 1] != 0.0:
+        total += controls[RIGHT, 1] * clamp_moment(beam, u, group, place, P)
+    if controls[COMPRESSION, 1] != 0.0 or controls[LIFT, 1] != 0.0:
+        # with the inertia of the node that it holds
+        mass = beam.mass[P]
+        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1])
+        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1])
+        for k in range(P):
+            x += beam.coupling[k, P] * u[group, FORCE + 2 * k, place]
+            z += beam.coupling[k, P] * u[group, FORCE + 2 * k + 1, place]
+        total += controls[LIFT, 1] * z - controls[COMPRESSION, 1] * x
+    if controls[PUSH, 0] != 0.0:
+        speed = spread(0.0)
+        for g in range(v.shape[0]):
+            for i in range(P + 1):
+                speed += load(beam.middle, (g, i)) * load(v, (g, Z + i))
+        total -= controls[PUSH, 0] * summed(speed)
+    return total
+
+
+@compiled(**OPTIONS)
+def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
+    """Elastic energy and mean compressive force of a state."""
+    elastic = force = spread(0.0)
     for group in range(u.shape[0]):
-        share = pull = moment = spread(0.0)
+        share = pull = spread(0.0)
         for k in range(P):
             weight = beam.weights[k]
             angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
-            along, across = resolved(u, group, k, cos, sin)
+            along, _ = resolved(u, group, k, cos, sin)
             natural = load(beam.natural, (group, k))
             curved = bent * (1.0 / weight) - natural
             share += weight * (curved * curved + beam.soft * along * along)
             pull += weight * load(u, (group, FORCE + 2 * k))
-            moment += _moment_at(beam, k, bent, natural, along, across)
         real = load(beam.real, (group,))
         elastic += real * share
         force += real * pull
-        if group == 0:
-            first = moment
-    return 0.5 * summed(elastic), lane(first, 0), -summed(force)
+    return 0.5 * summed(elastic), -summed(force)

@@ -23,7 +23,7 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.controls import LEFT, PUSH, controls_at
+from ribbonfem.stepping.kernels.controls import PUSH, controls_at
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
@@ -32,7 +32,7 @@ from . import condensed, consistent, residual, tangent
 from .arrays import GUESS, KNOWN, MEMORY, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
-from .energies import clamp_moment, elastic_state, kinetic_energy, summed
+from .energies import elastic_state, kinetic_energy, power, summed
 
 # an angle counts as a tenth of a length
 ANGLE = 0.1
@@ -183,7 +183,7 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
     t, y = model.scratch, model.motion
     controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
     _put_loads(model)
-    impulse = consistent.project(model.beam, model.solver, y, t, ramp.damping)
+    impulse = consistent.project(model.beam, model.solver, y, t, ramp.ends, ramp.damping)
     if reset:
         clock[POINTS] = 0.0
         _remember(model, clock, clock[TIME], y.u, y.a)
@@ -240,7 +240,7 @@ def _stage(
 @compiled(**OPTIONS)
 def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     t = model.scratch
-    return 2.0 * nu * kinetic_energy(model.beam, t.v), -t.controls[LEFT, 1] * clamp_moment(model.beam, t.u)
+    return 2.0 * nu * kinetic_energy(model.beam, t.v), power(model.beam, t.u, t.v, t.controls, nu)
 
 
 @compiled(**OPTIONS)
@@ -294,10 +294,10 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     u, v = model.motion.u, model.motion.v
     if solved:
         u, v = model.scratch.u, model.scratch.v
-    elastic, moment, force = elastic_state(model.beam, u)
+    elastic, force = elastic_state(model.beam, u)
     kinetic = kinetic_energy(model.beam, v)
-    # (phi of the left clamp is minus its angle)
-    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, -model.scratch.controls[LEFT, 1] * moment, force
+    work = power(model.beam, u, v, model.scratch.controls, nu)
+    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, work, force
 
 
 @compiled(**OPTIONS)
@@ -323,5 +323,5 @@ _loop = loop_of(
 
 @compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
-    """The time loop of the elastica, see `loop_of`; phi of the left clamp is minus its angle."""
-    return _loop(model, m, ramp, clock, -1.0, rows)
+    """The time loop of the elastica, see `loop_of`."""
+    return _loop(model, m, ramp, clock, 1.0, rows)
