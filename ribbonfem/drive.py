@@ -54,7 +54,9 @@ class Drive:
         for name in CONTROLS:
             object.__setattr__(self, name, field_number("Drive", name, getattr(self, name)))
         if not self.moved:
-            raise SceneError(f"Drive(): nothing moves; one of {', '.join(CONTROLS)} must not be 0")
+            raise SceneError(
+                f"Scene.drive = Drive(): nothing moves; one of {', '.join(CONTROLS)} must not be 0"
+            )
 
     def __repr__(self) -> str:
         return f"Drive({', '.join(f'{name}={value!r}' for name, value in self.moved.items())})"

@@ -71,7 +71,7 @@ def refuse_unknown(owner: str, unknown: Mapping[str, object], fields: Iterable[s
 
 def _along(name: str, values: object) -> float | tuple[float, ...]:
     """A natural curvature or twist: a number, or values at equal steps from clamp to clamp."""
-    if isinstance(values, Iterable) and not isinstance(values, (str, bytes)):
+    if isinstance(values, (list, tuple)) or (isinstance(values, np.ndarray) and values.ndim == 1):
         some = tuple(
             field_number("Ribbon", name, value.item() if isinstance(value, np.generic) else value)
             for value in values

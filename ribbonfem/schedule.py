@@ -57,8 +57,8 @@ class Schedule:
 
     Examples
     --------
-    >>> Schedule((0, 1, 2), (0, 0.2, 0.3))(0.5)
-    0.109375
+    >>> round(Schedule((0, 1, 2), (0, 0.2, 0.3))(0.5), 9)
+    0.115625
     """
 
     time: tuple[float, ...]

@@ -208,8 +208,14 @@ def test_threshold_of_type_2_in_the_limit_of_the_mesh():
         # of a sweep, and said where it belongs
         (lambda: skipping_diagram(0.4, 0.4, processes=1), "processes = 1: .* are of sweep"),
         (lambda: threshold(Scene(), processes=1), "processes = 1: .* are of sweep"),
-        (lambda: skipping_diagram(0.4, 0.4, until="snap"), "until = 'snap': der.simulate takes nodes, clamp"),
-        (lambda: threshold(Scene(), configurations=True), "configurations = True: der.simulate takes nodes"),
+        (
+            lambda: skipping_diagram(0.4, 0.4, until="snap"),
+            "until = 'snap': der.simulate takes initial, nodes, clamp",
+        ),
+        (
+            lambda: threshold(Scene(), configurations=True),
+            "configurations = True: der.simulate takes initial, nodes",
+        ),
     ],
 )
 def test_what_cannot_be_is_named(call, named):

@@ -32,11 +32,23 @@ PROBLEM = {
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
 PROBLEM |= {"ribbonfem.model_info", "ribbonfem.outcomes", "ribbonfem.tableaus"}
-GENERIC = ("jit", "linalg", "ends", "material", "elements", "closed_form", "continuation", "stepping", "delay")
+GENERIC = (
+    "jit",
+    "linalg",
+    "ends",
+    "material",
+    "elements",
+    "closed_form",
+    "continuation",
+    "stepping",
+    "delay",
+)
 MATHEMATICS = {f"ribbonfem.{n}" for n in GENERIC}
 ELEMENTS = {f"ribbonfem.{n}" for n in ("quasilinear", "elastica", "kirchhoff")}
 # banded solves are linear algebra and no mechanics
-SHARED = PROBLEM | {"ribbonfem"} | {f"ribbonfem.{n}" for n in ("continuation", "jit", "linalg", "ends", "delay")}
+SHARED = (
+    PROBLEM | {"ribbonfem"} | {f"ribbonfem.{n}" for n in ("continuation", "jit", "linalg", "ends", "delay")}
+)
 OUTPUT = {"ribbonfem.output"}
 BELOW = PROBLEM | MATHEMATICS | ELEMENTS | OUTPUT | {"ribbonfem", "der"}
 

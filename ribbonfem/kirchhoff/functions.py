@@ -121,7 +121,7 @@ def instabilities(
     --------
     >>> both = Scene(compression=0.40, shear=0, start="U+", drive="both")
     >>> instabilities(both)
-    (Instability(pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.18 L),)
+    (Instability(subcritical pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.199191579 L),)
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     of = {"model": "kirchhoff", "policy": {"elements": elements, "extensible": extensible}}

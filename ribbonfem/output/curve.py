@@ -18,7 +18,7 @@ class Curve:
 
     Attributes
     ----------
-    angle, height: (rows,) alpha in rad and z(1/2)/L.
+    angle, height: (rows,) the control, alpha in rad where clamps turn, and z(1/2)/L.
     stable: (rows,) bool.
     folds: angle and height of each fold.
     """
@@ -31,8 +31,8 @@ class Curve:
     @classmethod
     def of(cls, branch: Branch) -> Curve:
         """What of a branch is drawn."""
-        folds = tuple((fold.angle, fold.height) for fold in branch.folds)
-        return cls(branch.angle, branch.height, branch.stable, folds)
+        folds = tuple((fold.control, fold.height) for fold in branch.folds)
+        return cls(branch.control, branch.height, branch.stable, folds)
 
     def mirrored(self) -> Curve:
         """The image under z -> -z, at the angles -alpha."""

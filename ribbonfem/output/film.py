@@ -11,10 +11,11 @@ import numpy as np
 
 from ribbonfem import Branch, History
 from ribbonfem.output.files import whole
+from ribbonfem.results import told
 
 from .curve import Curve
 from .perspective import fit
-from .style import blank, draw_curve, in_style
+from .style import blank, control_label, draw_curve, in_style
 from .surface import Strip, of_motion, of_result, state_name
 
 _FACE, _BACK, _LINE = "#3d7ea6", "#e8a87c", "#1b3a4b"
@@ -33,6 +34,8 @@ class _Stage:
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
+        turning = history.scene.turning
+        self.told = (lambda a: f"α = {a:.3f} rad") if turning else (lambda c: told(history.scene, c, ".3f"))
         self.moves = isinstance(history, History)
         self.figure = blank(9.0, 4.5, dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
@@ -42,12 +45,14 @@ class _Stage:
         self._from_above()
         if curve is not None:
             draw_curve(self.plot, curve.angle, curve.height, curve.stable, "0.65", width=1.0)
-        self.plot.plot(history.angle, history.height, color=_FACE, lw=1.0)
+        self.plot.plot(history.control, history.height, color=_FACE, lw=1.0)
         (self.mark,) = self.plot.plot([], [], "o", color="#d1495b", ms=7, zorder=5)
-        reach = max(float(np.ptp(history.angle)), 1e-6)
-        low, high = float(history.angle.min()), float(history.angle.max())
+        reach = max(float(np.ptp(history.control)), 1e-6)
+        low, high = float(history.control.min()), float(history.control.max())
         self.plot.set(
-            xlim=(low - 0.03 * reach, high + 0.03 * reach), xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$"
+            xlim=(low - 0.03 * reach, high + 0.03 * reach),
+            xlabel=control_label(history.scene),
+            ylabel="$z(1/2)/L$",
         )
         self.title = self.plot.set_title("", fontsize=10)
         self.moving: list[Any] = []
@@ -86,7 +91,7 @@ class _Stage:
         self.mark.set_data([angle], [height])
         name = state_name(height, float(self.strip.slope[frame]))
         when = f"t = {self.strip.time[frame]:.3g} s, " if self.moves else ""
-        self.title.set_text(f"{when}α = {angle:.3f} rad: {name}")
+        self.title.set_text(f"{when}{self.told(angle)}: {name}")
 
 
 def _writer(path: Path) -> Any:

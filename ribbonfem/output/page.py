@@ -50,7 +50,7 @@ def _rows(angle: Array, height: Array) -> list[list[float]]:
 
 def _window(history: History, curve: Curve | None) -> list[float]:
     """The angles of the motion, and the heights of it and of the curve there: low, high, low, high."""
-    low, high = float(history.angle.min()), float(history.angle.max())
+    low, high = float(history.control.min()), float(history.control.max())
     beside = 0.03 * max(high - low, 1e-3)
     low, high = low - beside, high + beside
     heights = history.height
@@ -79,7 +79,7 @@ def _data(history: History, strip: Strip, curve: Curve | None) -> dict[str, Any]
         "radius": float(np.linalg.norm(flat - middle, axis=1).max()),
         "window": _window(history, curve),
         "curve": _runs(curve),
-        "motion": _rows(history.angle[some], history.height[some]),
+        "motion": _rows(history.control[some], history.height[some]),
         "points": base64.b64encode(points.astype("<f4").tobytes()).decode("ascii"),
     }
 
@@ -93,10 +93,7 @@ def page(
         curve = Curve.of(curve)
     data = json.dumps(_data(history, of_motion(history, frames, until), curve), separators=(",", ":"))
     scene = history.scene
-    title = (
-        f"{scene.start}, dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.rate:g} rad/s, "
-        f"nu {scene.damping:g} /s: {history.model}"
-    )
+    title = f"{scene.start}, {scene.in_words.replace(f', {scene.start}', '')}: {history.model}"
     here = files("ribbonfem") / "output"
     text = (here / "page.html").read_text(encoding="utf-8")
     # nothing that is put in may end the script that it stands in

@@ -12,18 +12,18 @@ from ribbonfem.results import RestState
 
 from .curve import Curve
 from .perspective import box
-from .style import draw_curve, drawn
+from .style import control_label, draw_curve, drawn
 from .surface import of_rest
 
 
-def _heights(axes: Any) -> Any:
-    axes.set(xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$")
+def _heights(axes: Any, result: History | Branch) -> Any:
+    axes.set(xlabel=control_label(result.scene), ylabel="$z(1/2)/L$")
     return axes
 
 
 @drawn()
 def motion(history: History, axes: Any = None, *, curve: Branch | Curve | None = None, **line: Any) -> Any:
-    """z(1/2)/L of a motion against alpha (rad).
+    """z(1/2)/L of a motion against the control, alpha (rad) where clamps turn.
 
     Parameters
     ----------
@@ -37,16 +37,17 @@ def motion(history: History, axes: Any = None, *, curve: Branch | Curve | None =
     The axes; `axes.figure` is the figure.
     """
     if curve is not None:
+        curve = Curve.of(curve) if isinstance(curve, Branch) else curve
         draw_curve(axes, curve.angle, curve.height, curve.stable, "0.65", width=1.0)
-    axes.plot(history.angle, history.height, **line)
-    return _heights(axes)
+    axes.plot(history.control, history.height, **line)
+    return _heights(axes, history)
 
 
 @drawn()
 def branch(
     branch: Branch, axes: Any = None, *, color: Any = None, label: str = "", colour: Any = None
 ) -> Any:
-    """z(1/2)/L of a curve of equilibria against alpha (rad): stable solid, unstable dashed, folds dots.
+    """z(1/2)/L of a curve of equilibria against the control: stable solid, unstable dashed, folds dots.
 
     Parameters
     ----------
@@ -61,10 +62,10 @@ def branch(
     if color is not None and colour is not None:
         raise TypeError("color and colour are the same: give one of them")
     color = "C0" if color is None and colour is None else colour if color is None else color
-    draw_curve(axes, branch.angle, branch.height, branch.stable, color, label)
+    draw_curve(axes, branch.control, branch.height, branch.stable, color, label)
     if branch.folds:
         axes.plot(*zip(*Curve.of(branch).folds, strict=True), "o", color=color, ms=4)
-    return _heights(axes)
+    return _heights(axes, branch)
 
 
 @drawn("3d")

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ribbonfem.scene import Scene
+
 
 def _matplotlib() -> ModuleType:
     """matplotlib, with the user's backend if it knows it: one of a notebook that is not installed here would
@@ -123,3 +125,10 @@ def draw_curve(
             run = slice(start, stop + 1)
             axes.plot(x[run], y[run], style, color=colour, label=label or None, lw=width)
             label = ""
+
+
+def control_label(scene: Scene | None) -> str:
+    """The label of an axis of the control."""
+    if scene is None or scene.turning:
+        return r"$\alpha$ (rad)"
+    return f"{scene.drive if isinstance(scene.drive, str) else 'control'} ({scene.drives.unit or '1'})"

@@ -13,6 +13,7 @@ from ribbonfem import Branch, History
 _COLUMNS = {
     "time": ("time", "s"),
     "angle": ("angle of the turned clamp", "rad"),
+    "control": ("what the drive moves", ""),
     "height": ("z at midspan", "L"),
     "slope": ("z-component of the tangent at midspan", "1"),
     "velocity": ("velocity of midspan along z", "L/s"),
@@ -21,15 +22,15 @@ _COLUMNS = {
     "energy": ("elastic energy", "EI2/L"),
     "kinetic": ("kinetic energy", "EI2/L"),
     "elastic": ("elastic energy", "EI2/L"),
-    "dissipated": ("energy that damping took", "EI2/L"),
-    "work": ("work of the clamp", "EI2/L"),
+    "potential": ("energy of the weight", "EI2/L"),
+    "dissipated": ("energy that damping and retardation took", "EI2/L"),
+    "work": ("work of the controls", "EI2/L"),
     "positions": ("positions of the nodes", "L"),
     "normals": ("unit vectors m1 normal to the surface", "1"),
     "curvature": ("curvature about the width", "1/L"),
     "s": ("arclength of the nodes", "L"),
 }
-_STATES = ("angle", "height", "slope", "load")
-_REST = (*_STATES, "energy")
+_STATES = ("height", "slope", "load")
 
 
 def library(name: str, method: str) -> Any:
@@ -49,17 +50,28 @@ def _about(result: Any) -> dict[str, Any]:
 
 
 def _motion(history: History) -> dict[str, Any]:
-    columns = {name: np.array(getattr(history, name)) for name in ("time", *_STATES, "velocity")}
+    names = ("time", _control(history), *_STATES, "velocity")
+    columns = {name: np.array(getattr(history, name)) for name in names}
     return columns | {name: np.array(energy) for name, energy in history.energies.items()}
 
 
 def _branch(branch: Branch) -> dict[str, Any]:
-    return {name: np.array(getattr(branch, name)) for name in (*_REST, "stable")}
+    names = (_control(branch), *_STATES, "energy", "stable")
+    return {name: np.array(getattr(branch, name)) for name in names}
+
+
+def _control(result: Any) -> str:
+    """The column of the control: "angle" where clamps turn."""
+    return "angle" if result.scene is None or result.scene.turning else "control"
+
+
+def _unit(name: str, result: Any) -> str:
+    return result.scene.drives.unit if name == "control" else _COLUMNS[name][1]
 
 
 def _frame(result: History | Branch, columns: dict[str, Any]) -> Any:
     frame = library("pandas", "to_pandas").DataFrame(columns)
-    units = {name: _COLUMNS[name][1] for name in columns if name in _COLUMNS}
+    units = {name: _unit(name, result) for name in columns if name in _COLUMNS}
     frame.attrs.update(_about(result), units=units)
     return frame
 
@@ -69,7 +81,7 @@ def motion_frame(history: History) -> Any:
 
     Returns
     -------
-    Columns time (s), angle (rad), height (L), slope, load (EI2/L^2), velocity (L/s), energies; `attrs`
+    Columns time (s), angle (rad; of other drives control), height (L), slope, load (EI2/L^2), velocity (L/s), energies; `attrs`
     has the units by column, and model, scene and policy.
 
     Raises
@@ -85,8 +97,8 @@ def branch_frame(branch: Branch) -> Any:
 
     Returns
     -------
-    Columns angle (rad), height (L), slope, load (EI2/L^2), energy (EI2/L), stable; `attrs` has the units
-    by column, the angles of the folds (rad), and model, scene and policy.
+    Columns angle (rad; of other drives control), height (L), slope, load (EI2/L^2), energy (EI2/L), stable; `attrs` has the units
+    by column, the controls of the folds, and model, scene and policy.
 
     Raises
     ------
@@ -94,7 +106,7 @@ def branch_frame(branch: Branch) -> Any:
         If pandas is not installed; says how to install it.
     """
     frame = _frame(branch, _branch(branch))
-    frame.attrs["folds"] = [float(fold.angle) for fold in branch.folds]
+    frame.attrs["folds"] = [float(fold.control) for fold in branch.folds]
     return frame
 
 
@@ -143,8 +155,9 @@ def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shap
     nodes = len(result.arclength)
 
     def described(name: str, dims: tuple[str, ...], values: Any) -> Any:
-        told = _COLUMNS.get(name)
-        return (dims, values, {"long_name": told[0], "units": told[1]} if told else {})
+        if name not in _COLUMNS:
+            return dims, values, {}
+        return dims, values, {"long_name": _COLUMNS[name][0], "units": _unit(name, result)}
 
     def dims(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:
         # what a model has between its nodes, or of other lengths, has dimensions of its own
@@ -200,5 +213,5 @@ def branch_dataset(branch: Branch) -> Any:
     shapes = {"positions": branch.configurations, "normals": branch.normals}
     shapes = {name: rows for name, rows in shapes.items() if rows is not None}
     found = _dataset(branch, "row", _branch(branch), shapes)
-    found.attrs["folds"] = [float(fold.angle) for fold in branch.folds]
+    found.attrs["folds"] = [float(fold.control) for fold in branch.folds]
     return found

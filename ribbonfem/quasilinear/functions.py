@@ -102,7 +102,7 @@ def equilibria(
     *,
     elements: int = 1,
     degree: int | None = None,
-    span: tuple[float, float] = (-1.5, 1.5),
+    span: tuple[float, float] | None = None,
     unstable: int = 2,
     steps: Steps | None = None,
 ) -> Branch:
