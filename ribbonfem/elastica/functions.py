@@ -189,7 +189,8 @@ def equilibria(
 ) -> Branch:
     """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` with 0 inside, (-1.5, 1.5) of angles by default.  The curve climbs through
+    Parameters and errors as in `folds`; `span` with 0 inside, (-1.5, 1.5) of angles by default.  The curve
+    climbs through
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
     problem = _problem(scene, elements, extensible)
@@ -213,8 +214,7 @@ def _integrated(
     def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
         return motion.Motion(problem, u, scheme, rows, velocity)
 
-    shapes = len(problem.arclength), u.size
-    return integrate("elastica", begin, scene, control, motion.observer(problem), shapes, held, every)
+    return integrate("elastica", begin, scene, control, len(problem.arclength), held, every)
 
 
 @checked

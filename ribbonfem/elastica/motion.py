@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -16,7 +15,7 @@ from ribbonfem.stepping.kernels import KINK, Ramp, Scheme
 from ribbonfem.stepping.kernels.controls import COMPRESSION, LIFT
 
 from .kernels import arrays, condensed, loop, tangent
-from .kernels.beam import FORCE, PHI, ROWS, Beam, P, Z, solver
+from .kernels.beam import PHI, ROWS, Beam, P, Z, solver
 from .problem import Statics, _State, mesh_of
 
 # 1/t*^2; the lowest frequencies squared are some hundreds
@@ -30,6 +29,8 @@ def _constants(elements: int) -> dict[str, Array]:
     inside = mesh.coupling[:, 1:P]
     real = np.zeros(WIDTH * groups_of(elements))
     real[:elements] = 1.0
+    points, powers = lobatto_points(P)[:, None], np.arange(P + 1)
+    by_powers = powers * points ** np.maximum(powers - 1, 0)
     # a node between two elements is in a state twice
     halves = mesh.middle.copy()
     if elements % 2 == 0:
@@ -45,6 +46,7 @@ def _constants(elements: int) -> dict[str, Array]:
         "mass": mesh.lumps,
         "light": 1.0 / mesh.lumps,
         "inside": mesh.coupling / mesh.lumps,
+        "slopes": elements * by_powers @ np.linalg.inv(points**powers),
         "real": real.reshape(-1, WIDTH),
         "middle": middle,
         "push": np.ascontiguousarray(middle / mesh.lumps[:, None]),
@@ -97,7 +99,8 @@ class Motion:
         self.clock = np.zeros(arrays.CLOCK_SIZE)
         self.clock[KINK] = 1.0
         self.scheme = scheme
-        self.states = np.empty((rows, groups, FORCE, WIDTH))
+        nodes = len(problem.arclength)
+        self._rows = np.empty((rows, nodes, 3)), np.empty((rows, nodes)), np.empty(rows)
         v = still.copy() if velocity is None else in_rows(problem, velocity)
         motion = arrays.Motion(u.copy(), v, still, still.copy(), np.zeros((groups, P + 1, WIDTH)), self.clock)
         self.model = arrays.Moving(
@@ -105,49 +108,17 @@ class Motion:
             solver(problem.elements),
             arrays.scratch(problem.elements, scheme.stages),
             motion,
-            self.states,
+            *self._rows,
         )
+
+    def observed(self, count: int) -> tuple[Array, Array, Array]:
+        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
+        positions, curvature, slope = self._rows
+        return slope[:count], positions[:count], curvature[:count]
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""
         return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
-
-
-@lru_cache(maxsize=32)
-def _slopes(elements: int) -> Array:
-    """(P + 1, P + 1) derivatives at an element's nodes by its nodal values; kept."""
-    points = lobatto_points(P)
-    powers = np.arange(P + 1)
-    inverse = np.linalg.inv(points[:, None] ** powers)
-    slopes = (powers * points[:, None] ** np.maximum(powers - 1, 0)) @ inverse
-    return np.asarray(elements * slopes)
-
-
-def observer(problem: Statics) -> Callable[[Array], tuple[Array, Array, Array]]:
-    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of r and phi of rows."""
-    elements, nodes = problem.elements, len(problem.arclength)
-    slopes = _slopes(elements)
-    middle = problem.middle
-
-    def observe(states: Array) -> tuple[Array, Array, Array]:
-        count = len(states)
-        local = np.moveaxis(states, 3, 2).reshape(count, -1, FORCE)[:, :elements]
-        fields = local.reshape(count, elements, 3, P + 1)
-        positions = np.zeros((count, nodes, 3))
-        for c, k in ((0, 0), (2, 1)):
-            positions[:, :-1, c] = fields[:, :, k, :P].reshape(count, -1)
-            positions[:, -1, c] = fields[:, -1, k, P]
-        phi = fields[:, :, 2]
-        bent = np.einsum("rei,ji->rej", phi, slopes)
-        curvature = np.empty((count, nodes))
-        curvature[:, :-1] = bent[:, :, :P].reshape(count, -1)
-        curvature[:, -1] = bent[:, -1, P]
-        # of a node between elements the mean of both
-        curvature[:, P:-1:P] = 0.5 * (bent[:, :-1, P] + bent[:, 1:, 0])
-        e = (elements - 1) // 2
-        return np.sin(np.sum(phi[:, e] * middle[e], axis=1)), positions, curvature
-
-    return observe
 
 
 def vibrations(problem: Statics, state: _State, count: int) -> Array:

@@ -81,7 +81,8 @@ def motion_frame(history: History) -> Any:
 
     Returns
     -------
-    Columns time (s), angle (rad; of other drives control), height (L), slope, load (EI2/L^2), velocity (L/s), energies; `attrs`
+    Columns time (s), angle (rad; of other drives control), height (L), slope, load (EI2/L^2), velocity
+    (L/s), energies; `attrs`
     has the units by column, and model, scene and policy.
 
     Raises
@@ -97,7 +98,8 @@ def branch_frame(branch: Branch) -> Any:
 
     Returns
     -------
-    Columns angle (rad; of other drives control), height (L), slope, load (EI2/L^2), energy (EI2/L), stable; `attrs` has the units
+    Columns angle (rad; of other drives control), height (L), slope, load (EI2/L^2), energy
+    (EI2/L), stable; `attrs` has the units
     by column, the controls of the folds, and model, scene and policy.
 
     Raises

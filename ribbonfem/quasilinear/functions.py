@@ -11,7 +11,7 @@ from ribbonfem.closed_form import (
     closed_form_fold,
 )
 from ribbonfem.continuation import Steps
-from ribbonfem.continuation.curves import as_fold, ramp_folds, whole_curve
+from ribbonfem.continuation.curves import as_fold, ramp_folds, span_of, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
@@ -112,6 +112,7 @@ def equilibria(
     ever higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
     problem = Statics(scene, elements, degree)
+    span = span or span_of(scene)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
     return curve.as_branch(
         scene, {**problem.policy, "span": span, "unstable": unstable}, "quasilinear", problem.arclength
@@ -131,9 +132,8 @@ def _integrated(
     def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
         return motion.Motion(problem, state, scheme, rows, velocity)
 
-    shapes = len(problem.arclength), len(state.z)
     scaled = control.in_units_of(problem.scale)
-    return integrate("quasilinear", begin, scene, scaled, motion.observer(problem), shapes, held, every)
+    return integrate("quasilinear", begin, scene, scaled, len(problem.arclength), held, every)
 
 
 @checked

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -55,8 +54,8 @@ class Motion:
         n = problem.mesh.count
         self.clock = np.zeros(beam.CLOCK_SIZE)
         self.clock[KINK] = 1.0
-        self.scheme = scheme
-        self.states = np.empty((rows, n + ENDS))
+        self.scheme, self.problem = scheme, problem
+        self._dofs = np.empty((rows, n + ENDS))
         ends = np.zeros((3, ENDS))
         ends[0] = state.z[n:]
         still = np.zeros(n)
@@ -70,20 +69,15 @@ class Motion:
             clock=self.clock,
         )
         memory = beam.scratch(n, problem.mesh.width, scheme.stages)
-        self.model = beam.Moving(discretised(problem), memory, motion, self.states)
+        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs)
+
+    def observed(self, count: int) -> tuple[Array, Array, Array]:
+        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
+        dofs, mesh, scale = self._dofs[:count], self.problem.mesh, self.problem.scale
+        slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
+        shapes = mesh.shapes(dofs, self.problem.compression)
+        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""
         return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
-
-
-def observer(problem: Statics) -> Callable[[Array], tuple[Array, Array, Array]]:
-    """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of dofs of rows."""
-    mesh, scale = problem.mesh, problem.scale
-
-    def observe(dofs: Array) -> tuple[Array, Array, Array]:
-        slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
-        shapes = mesh.shapes(dofs, problem.compression)
-        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T
-
-    return observe

@@ -42,7 +42,7 @@ ROWS = 512
 REST, FIXED_REST = 3e-3, 1e-11
 # part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
 # it does not resolve
-GAIN = 1e-3
+GAIN = 1e-4
 # a step grows by this factor at least, or stays: a new one costs new factors
 LEAST_GROWTH = 1.4
 # slopes are put behind the columns of the time loop
@@ -61,10 +61,13 @@ class Held:
 
 
 class Moving(Protocol):
-    """A beam in motion: the clock of its time loop, and the states (rows, ...) of the rows written last."""
+    """A beam in motion, with the clock of its time loop."""
 
     clock: Array
-    states: Array
+
+    def observed(self, count: int) -> tuple[Array, Array, Array]:
+        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
+        ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:
         """Step until the end, or until the rows are full; returns the status of the compiled loop."""
@@ -76,8 +79,7 @@ def integrate(
     begin: Callable[[kernels.Scheme, int, Array | None], Moving],
     scene: Scene,
     control: Control,
-    observe: Callable[[Array], tuple[Array, Array, Array]],
-    shapes: tuple[int, int],
+    nodes: int,
     held: Held | None = None,
     every: int | None = None,
 ) -> Motion:
@@ -94,15 +96,13 @@ def integrate(
     ----------
     name: of the model.
     begin: makes the beam, for a method, so many rows, and a first velocity.
-    observe: makes the slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of states.
-    shapes: nodes, and the numbers of a state.
+    nodes: whose positions are handed out.
 
     Raises
     ------
     OptionError, SceneError
         For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
-    nodes, size = shapes
     row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes)
     ends = None
     if held is None:
@@ -125,7 +125,7 @@ def integrate(
         short = ramp._replace(ends=held_ends(scene, 0.0, 1e-6), end=1e-6, fixed=1e-6)
         begin(scheme, 8, velocity).run(short, np.empty((8, kernels.ROW_SIZE)))
     kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
-    rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), size)
+    rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), nodes)
     began = time.perf_counter()
     beam = begin(scheme, len(rows), velocity)
     full, status, clock = "", kernels.FULL, beam.clock
@@ -133,8 +133,8 @@ def integrate(
         clock[kernels.ROWS] = 0.0
         status = beam.run(ramp, rows)
         count = int(clock[kernels.ROWS])
-        slope, *states = observe(beam.states[:count])
-        kept.append(np.column_stack((rows[:count], slope)), *states)
+        slope, *shapes = beam.observed(count)
+        kept.append(np.column_stack((rows[:count], slope)), *shapes)
         full = kept.full
     seconds = time.perf_counter() - began
     return Motion(

@@ -24,11 +24,11 @@ from ribbonfem.results import Array
 from .cases import Bench, Family, observed
 
 # meshes of the solutions that count as exact at rest; below DIGITS lies rounding
-_FINE = {"elastica": 128, "kirchhoff": 48}
+_FINE = {"elastica": 48, "kirchhoff": 48}
 DIGITS = 1e-12
 _RODS_AT_REST = (101, 201, 401)
 _RODS_IN_MOTION = (51, 101, 201)
-_BEAM_ELEMENTS = {"elastica": 32, "quasilinear": 64}
+_BEAM_ELEMENTS = {"elastica": 12, "quasilinear": 64}
 # the tolerance of the rods' limits; explicit steps (s) on this mesh share no solver with the implicit ones
 _TIGHT = 1e-6
 # rad; snap angles of independent methods that agree so far confirm each other
@@ -232,9 +232,9 @@ def _in_motion(case: Bench, family: Family) -> Reference:
         doubt = {name: limit.uncertainty for name, limit in limits.items()}
         policy = {"elements": _BEAM_ELEMENTS[beam.model], "tolerance": 1e-7, "until": "snap"}
         crossing = run(beam.model, case.scene, {**beam.fixed, **policy})[0].crossing()
-        checks["TR-BDF2 at 1e-7"] = abs((crossing or (0.0, np.nan))[1] - values["snap"])
+        checks["ESDIRK4 at 1e-7"] = abs((crossing or (0.0, np.nan))[1] - values["snap"])
         # by its order, or, after a fast ramp's kink, by the other method
-        verified = limits["snap"].verified or checks["TR-BDF2 at 1e-7"] < _CLOSE
+        verified = limits["snap"].verified or checks["ESDIRK4 at 1e-7"] < _CLOSE
         if beam.extensible:
             rods, rod_limits = _rods_limit(case, _TIGHT)
             checks["rods' limit"] = abs(rods["snap"] - values["snap"])

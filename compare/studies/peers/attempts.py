@@ -123,7 +123,7 @@ def planar_truth(extensible: bool = True, elements: int = 24, step: float = 1e-3
     """Angle of the planar snap, from two fixed steps of the elastica, extrapolated."""
     coarse, fine = (
         elastica.simulate(
-            PLANAR, elements=elements, extensible=extensible, until="snap", step=size
+            PLANAR, elements=elements, extensible=extensible, method="tr-bdf2", until="snap", step=size
         ).crossing()
         for size in (2.0 * step, step)
     )
@@ -162,7 +162,7 @@ def elastica_runs(
         )
         step = "default" if tolerance is None else f"tol {tolerance:g}"
         code = "elastica FEM, EA" if extensible else "elastica FEM"
-        runs.append(Attempt(code, f"{elements} cubic", step, go))
+        runs.append(Attempt(code, f"{elements} elements", step, go))
     return runs
 
 

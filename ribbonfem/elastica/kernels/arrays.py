@@ -63,13 +63,19 @@ class Scratch(NamedTuple):
 
 @by_reference
 class Moving(NamedTuple):
-    """A beam in motion; `row_u` (rows, G, FORCE, WIDTH) takes r and phi of rows."""
+    """A beam in motion.
+
+    `row_x` (rows, nodes, 3), `row_bend` (rows, nodes) and `row_slope` (rows,) take positions, phi' and, at
+    midspan, sin phi of rows.
+    """
 
     beam: Beam
     solver: Solver
     scratch: Scratch
     motion: Motion
-    row_u: Array
+    row_x: Array
+    row_bend: Array
+    row_slope: Array
 
 
 def scratch(elements: int, stages: int) -> Scratch:

@@ -2,7 +2,7 @@
 
 Elements have degree P with nodes at the Gauss-Lobatto points; forces n are kept by their values at
 the P Gauss points, which take all integrals, and the mass is lumped at the nodes.  A state is one
-array (G, ROWS, WIDTH) of groups of elements (`compiled.groups`): x of the P + 1 nodes, then z, then
+array (G, ROWS, WIDTH) of groups of elements (`jit.groups`): x of the P + 1 nodes, then z, then
 phi, then n of the P points, (x, z) by (x, z).  A node between two elements is in it twice, so that
 an element has all its numbers side by side.
 """
@@ -40,12 +40,13 @@ class Beam(NamedTuple):
     """The discretisation of a uniform mesh, the same for every element, and what acts on it.
 
     value (P, P + 1), shape functions at the Gauss points; weights (P,); coupling (P, P + 1) = weights times
-    derivatives of the shape functions; bending (P + 1, P + 1), int N_i' N_j'; share (P, P), the coupling of n
-    with itself through the inner x at unit inertia; mass (P + 1,), lumps, light, one over them, and inside
-    (P, P + 1), coupling over them; real (G, WIDTH), 1 where there is
-    an element and 0 elsewhere; middle (G, P + 1, WIDTH), by which nodal values are one at midspan, and
-    push, the same over the lumps; natural (G, P, WIDTH), the curvature without a moment; weight (2,), along x
-    and z (EI2/L^3); soft, c; chord, 1 - dL/L without the compression added; elements, their number.
+    derivatives of the shape functions; bending (P + 1, P + 1), int N_i' N_j'; share (P, P), the coupling of
+    n with itself through the inner x at unit inertia; mass (P + 1,), lumps, light, one over them, and inside
+    (P, P + 1), coupling over them; slopes (P + 1, P + 1), derivatives at the nodes; real (G, WIDTH), 1
+    where there is an element and 0 elsewhere; middle (G, P + 1, WIDTH), by which nodal values are one at
+    midspan, and push, the same over the lumps; natural (G, P, WIDTH), the curvature without a moment; weight
+    (2,), along x and z (EI2/L^3); soft, c; chord, 1 - dL/L without the compression added; elements, their
+    number.
     """
 
     value: Array
@@ -56,6 +57,7 @@ class Beam(NamedTuple):
     mass: Array
     light: Array
     inside: Array
+    slopes: Array
     real: Array
     middle: Array
     push: Array
@@ -73,7 +75,7 @@ class Solver(NamedTuple):
     local (G, SIZE, SIZE, WIDTH), the lower triangle of each element's factors; pivots (G, SIZE, WIDTH),
     inverse; own and next (E + 1, THREE, THREE), of what is left for each end of an element, with itself and
     with the next (see `condensed`); right (E + 1, THREE) and local_right (G, SIZE, WIDTH); rest, a residual
-    in the order of a state, overwritten by the increments; points (2, P, WIDTH), moments of a group.
+    in the order of a state, overwritten by the increments; points (2, P + 1, WIDTH), of a group.
     """
 
     local: Array
@@ -101,5 +103,5 @@ def solver(elements: int) -> Solver:
         local_right=four(groups, SIZE),
         pivots=four(groups, SIZE),
         rest=four(groups, ROWS),
-        points=four(2, P),
+        points=four(2, P + 1),
     )
