@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.ends import Ends
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, History, RestState
 from ribbonfem.scene import Scene, SceneError
@@ -60,7 +60,8 @@ def of(
         If its clamps are not where the scene's begin.
     """
     if isinstance(initial, RestState):
-        return _state(problem, scene, initial), None, 0.0
+        frames = _state(problem, scene, initial)
+        return frames, lambda: _let_go(problem, frames, scene, initial), 0.0
     if not isinstance(initial, History):
         refuse("initial", initial, "a RestState or a History is needed")
     kept = initial.resume
@@ -98,7 +99,22 @@ def _state(problem: Statics, scene: Scene, state: RestState) -> Frames:
     g = quaternions(state.directors, problem.ends.left(scene.begin)[0])
     _require_fit(problem, scene, g[[0, -1]], state.positions[-1] - state.positions[0])
     g[0], g[-1] = problem.ends.left(scene.begin)[0], problem.ends.right(scene.begin)[0]
-    return equilibrium(problem, Frames(g, np.array(state.force), scene.begin), scene.begin)[0]
+    return Frames(g, np.array(state.force), scene.begin)
+
+
+def _let_go(problem: Statics, frames: Frames, scene: Scene, state: RestState) -> arrays.Motion:
+    """The state of the time loop at a state at rest, which other loads may have held."""
+    motion = at_rest(problem, frames, scene.ribbon.retardation > 0.0)
+    held = Statics(
+        state.scene.ribbon,
+        Ends.of(state.scene),
+        elements=problem.tables.elements,
+        extensible=problem.extensible,
+    )
+    # (the stretch is that of the force that was there)
+    motion.n[:] = in_fours(frames.force + held.loads(state.control))
+    motion.x[1:-1, :3] = state.positions[1:-1] - state.positions[0]
+    return motion
 
 
 def _require_fit(problem: Statics, scene: Scene, frames: Array, reach: Array) -> None:

@@ -324,6 +324,7 @@ class Loop:
 
     def go(self, ramp: Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
+        self.rows.kinks = ramp.ends.kinks
         while True:
             rows, *configurations = self.rows.reserve()
             x, m1 = configurations or self.none

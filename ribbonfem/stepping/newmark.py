@@ -125,6 +125,7 @@ def integrate(
         short = ramp._replace(ends=held_ends(scene, 0.0, 1e-6), end=1e-6, fixed=1e-6)
         begin(scheme, 8, velocity).run(short, np.empty((8, kernels.ROW_SIZE)))
     kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
+    kept.kinks = ramp.ends.kinks
     rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), nodes)
     began = time.perf_counter()
     beam = begin(scheme, len(rows), velocity)
