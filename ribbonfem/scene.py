@@ -47,6 +47,7 @@ _HARDLY = 1e-4
 _GRAVITY = 9.81
 # rad/s, where neither rate nor schedule is given
 _RATE = 0.1
+_RIBBON = Ribbon()
 # part of what the chord allows as far as which a length is followed without a stop; and of a force, EI2/L^2
 _FEASIBLE, _FORCE = 0.98, 100.0
 # ribbons whose weight has been spoken of
@@ -132,7 +133,7 @@ class Scene:
     preset: Mapping[str, float] = field(default_factory=Frozen)
     gravity: tuple[float, float, float] | None = None
     damping: float = 1.0
-    ribbon: Ribbon = field(default_factory=Ribbon)
+    ribbon: Ribbon = _RIBBON
 
     def __init__(
         self,
@@ -148,7 +149,7 @@ class Scene:
         preset: Mapping[str, float] | None = None,
         gravity: tuple[float, float, float] | None = None,
         damping: float = 1.0,
-        ribbon: Ribbon | None = None,
+        ribbon: Ribbon = _RIBBON,
         turned: str | None = None,
         **unknown: object,
     ) -> None:
@@ -157,11 +158,13 @@ class Scene:
             if turned not in ("left", "right"):
                 raise SceneError(f"Scene.turned = {shown(turned)}: must be 'left' or 'right'")
             warnings.warn(f"Scene.turned: say drive={turned!r}", DeprecationWarning, stacklevel=2)
-            drive = turned if drive == "left" else drive
+            if drive not in ("left", turned):
+                raise SceneError(f"Scene.turned = {turned!r}: Scene.drive = {shown(drive)} says otherwise")
+            drive = turned
         given = {"compression": compression, "shear": shear, "rate": rate, "hold": hold, "damping": damping}
         for name, value in given.items():
             self._set(name, field_number("Scene", name, value))
-        self._set("ribbon", Ribbon() if ribbon is None else ribbon)
+        self._set("ribbon", ribbon)
         if not isinstance(self.ribbon, Ribbon):
             raise SceneError(f"Scene.ribbon = {shown(ribbon)}: a Ribbon is needed")
         self._require_slack_and_state(start)

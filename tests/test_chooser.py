@@ -71,7 +71,7 @@ def test_where_no_law_was_measured_runs_check_each_other():
 def test_the_motion_takes_a_run_and_a_tighter_one_more_elements():
     scene = Scene(compression=0.20, shear=0.0, start="U+", rate=0.1, stop=1.2)
     truth, meshes = choose(scene, 1e-6).run().value, []
-    for tolerance, model in ((1e-2, "elastica"), (3e-4, "kirchhoff"), (1e-5, "kirchhoff")):
+    for tolerance, model in ((1e-2, "elastica"), (1e-5, "elastica"), (2e-6, "kirchhoff")):
         chosen = choose(scene, tolerance, motion=True)
         answer = chosen.run()
         assert answer.history is not None
@@ -80,14 +80,6 @@ def test_the_motion_takes_a_run_and_a_tighter_one_more_elements():
         meshes.append((model, answer.runs[-1].policy["elements"]))
     # the rod's elements are of a higher order
     assert meshes == sorted(meshes)
-
-
-def test_the_quasi_linear_beam_where_it_is_good_enough():
-    # thin and nearly flat: neither stretch nor slope counts
-    scene = Scene(compression=0.1, shear=0.0, start="U+", rate=1e-3, stop=0.8, ribbon=Ribbon(thickness=0.01))
-    chosen = choose(scene, 1e-2, motion=True)
-    assert chosen.model == "quasilinear"
-    assert abs(chosen.run().value - choose(scene, 1e-4).value) < 1e-2
 
 
 def test_ribbons_climb_until_they_settle():

@@ -187,7 +187,8 @@ def test_a_motion_without_a_stop_goes_on_to_rest_on_a_curve_that_is_shown(dL, sh
     history, curve = found.answer.history, found.curve
     folds = MODELS[history.model].folds(read_scene(path))
     last = abs(float(history.angle[-1]))
-    past = last - max(abs(folds[-1].angle), abs(found.answer.value))
+    met = [abs(fold.angle) for fold in folds if abs(fold.angle) < 2.0 * np.pi]
+    past = last - max(*met, abs(found.answer.value))
     assert 0.05 < past < 0.2
     assert history.energies["kinetic"][-1] < 1e-5 * history.energies["kinetic"].max()
     # the state at the end lies on the curve behind the film

@@ -56,7 +56,8 @@ def test_states_that_are_lost_at_a_pitchfork(given, expected, out):
     (lost,) = kirchhoff.instabilities(Scene(**given))
     assert lost.kind == "pitchfork"
     assert lost.out_of_plane == out
-    assert abs(lost.control - expected) < 1e-8
+    # (what rounding of the tangent moves the root of its smallest eigenvalue by: 2e-8 of the last)
+    assert abs(lost.control - expected) < 5e-8
 
 
 def test_folds_behind_a_pitchfork_are_named_by_the_curve_alone():

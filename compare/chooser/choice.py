@@ -4,7 +4,6 @@
 In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;
-* the quasi-linear beam, where dL/L is small and the stretch does not count;
 * the elastica, where the scene is planar, and a law of single runs is exact enough;
 * elements of the Kirchhoff rod for other planar scenes: a run stays in the plane to the last bit, and a scene
   that would leave it is refused. With bending and twisting stiffness above a bound the out-of-plane mode is
@@ -42,7 +41,7 @@ QUANTITIES = (*CROSSINGS, "fold")
 FLAT = (0.6, 20.0, 1.4)
 # The laws of single planar runs: by how much errors may exceed them between the scenes that were measured,
 # where a beam rings in another phase (1.8 was met), and the error (rad) of what they were measured against.
-_RINGING, _MEASURED_TO = 5.0, 2e-5
+_RINGING, _MEASURED_TO = 5.0, 2e-6
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
 # steps of a rod above which the ribbon's fold and its delay are cheaper than a run, and their CPU seconds
@@ -207,17 +206,9 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         error = factor * laws.planar.run_error(policy, up) + _MEASURED_TO
         if error <= tolerance and laws.planar.seconds(policy) <= pair:
             reason = f"a prediction is good to {found.error:.1e} only; " if not motion else "the motion: "
-            if policy.model == "quasilinear":
-                reason += f"dL/L is small enough for the quasi-linear beam, to {error:.1e}"
-                rest = {"elements": policy.elements, "tolerance": policy.tolerance}
-            else:
-                reason += f"planar and stable out of plane: {policy.elements} elements of the elastica do, "
-                reason += f"to {error:.1e}"
-                rest = {
-                    "elements": policy.elements,
-                    "extensible": True,
-                    "tolerance": policy.tolerance,
-                }
+            reason += f"planar and stable out of plane: {policy.elements} elements of the elastica do, "
+            reason += f"to {error:.1e}"
+            rest = {"elements": policy.elements, "extensible": True, "tolerance": policy.tolerance}
             return chosen(OneBeam, policy.model, rest, error, laws.planar.seconds(policy), reason)
     return refined("and finer than a law of cheaper beams")
 

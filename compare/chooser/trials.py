@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import der
-from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
+from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 
 from .cost_laws import Policy
 from .refinement import endless, rattles
@@ -35,10 +35,7 @@ def planar_snap(scene: Scene, policy: Policy) -> tuple[float, float]:
     """Angle of the snap of a run, and its CPU seconds."""
     begin = time.process_time()
     rest: dict[str, Any] = {"elements": policy.elements, "tolerance": policy.tolerance, "until": "snap"}
-    if policy.model == "quasilinear":
-        history = quasilinear.simulate(scene, **rest)
-    else:
-        history = elastica.simulate(scene, extensible=True, **rest)
+    history = elastica.simulate(scene, extensible=True, **rest)
     found = history.crossing()
     return (float("nan") if found is None else found[1]), time.process_time() - begin
 

@@ -121,7 +121,7 @@ def _mesh(history: History, *names: str) -> dict[str, Any]:
 
 
 def to_rest(stated: Scene, history: History) -> History:
-    """The motion of a scene without a stop, on past its snap and its last fold, and held until it rests.
+    """The motion of a scene without a stop, on past its snap and the last fold of a turn, and held until it rests.
 
     Parameters
     ----------
@@ -133,7 +133,9 @@ def to_rest(stated: Scene, history: History) -> History:
     model: Any = MODELS[history.model]
     mesh = _mesh(history, "extensible", "clamp")
     try:
-        reached = [abs(fold.angle) for fold in model.folds(stated, **mesh)[-1:]]
+        # (a clamp turned round and round meets folds again and again)
+        met = (abs(fold.angle) for fold in model.folds(stated, **mesh))
+        reached = [angle for angle in met if angle < 2.0 * math.pi]
         pulse = float(model.frequencies(stated, count=1, **mesh)[0])
         # under, and over critical damping
         decay = max(2.0 / stated.damping, stated.damping / pulse**2) if stated.damping else math.inf

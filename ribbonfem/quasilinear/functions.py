@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from ribbonfem.closed_form import (
@@ -66,12 +67,20 @@ def folds(
     problem = Statics(scene, elements, degree)
     of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "policy": problem.policy}
     if steps is not None:
-        found = ramp_folds(problem, problem.start(), scene, steps)
+        found = ramp_folds(problem, problem.start(), _within_reach(scene), steps)
         return tuple(as_fold(problem, event.point, **of) for event in found)
     fold = Fold(*problem.fold(), **of)
     # turned with it the start state never folds
     met = fold.angle * scene.rate > 0.0 and (scene.stop is None or abs(fold.angle) <= abs(scene.stop))
     return (fold,) if met else ()
+
+
+def _within_reach(scene: Scene) -> Scene:
+    """The scene, stopped where mu is 4, far beyond its fold: a coarse mesh cannot bend much further."""
+    limit = 4.0 * scene.compression**0.5
+    if scene.schedule is not None or (scene.stop is not None and abs(scene.stop) <= limit):
+        return scene
+    return replace(scene, stop=scene.direction * limit)
 
 
 @checked
@@ -81,7 +90,7 @@ def normal_forms(scene: Scene, *, elements: int = 1, degree: int | None = None) 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
     problem = Statics(scene, elements, degree)
-    return ramp_normal_forms(problem, problem.start(), scene)
+    return ramp_normal_forms(problem, problem.start(), _within_reach(scene))
 
 
 @checked

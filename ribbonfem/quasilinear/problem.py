@@ -55,7 +55,7 @@ class Statics:
 
     def __init__(self, scene: Scene, elements: int = 1, degree: int | None = None) -> None:
         scene.require_planar("quasilinear")
-        scene.require_bare("quasilinear", ("left",))
+        scene.require_bare("quasilinear", ("left", "right"))
         count = whole_number("elements", elements, 1)
         if degree is None:
             degree = ALONE if count == 1 else CUBIC
@@ -65,6 +65,8 @@ class Statics:
         require_memory("elements", elements, 64.0 * (count * (self.degree - 1.0)) ** 2, "the mesh")
         self.compression = scene.compression
         self.scale = scene.compression**0.5
+        # Z and Z' at s = 0 and s = 1 where alpha is the rescaled height
+        self._moved = np.array([0.0, -1.0, 0.0, 0.0] if scene.drive == "left" else [0.0, 0.0, 0.0, 1.0])
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
         self.mesh = mesh_of(self.elements, degree)
@@ -90,7 +92,7 @@ class Statics:
 
     def ends(self, parameter: float) -> Array:
         """(4,) Z and Z' of both ends."""
-        return np.array([0.0, -parameter / self.scale, 0.0, 0.0])
+        return self._moved * (parameter / self.scale)
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
         """Move the free dofs and sigma^2, and turn the clamp to `parameter`."""
@@ -113,10 +115,13 @@ class Statics:
         """alpha, z(1/2)/L and sigma^2 at the fold that the start state meets, its clamp turned against it."""
         modes, mesh = modes_of(self.elements, self.degree), self.mesh
         by_bend, by_slope = (
-            modes.phi.T @ matrix[self.free, mesh.count + 1] for matrix in (mesh.stiffness, mesh.tension)
+            modes.phi.T @ matrix[self.free, mesh.count :] @ self._moved
+            for matrix in (mesh.stiffness, mesh.tension)
         )
         c = by_bend - modes.squares * by_slope
-        own = float(mesh.tension[mesh.count + 1, mesh.count + 1] - by_slope @ by_slope)
+        own = float(
+            self._moved @ mesh.tension[mesh.count :, mesh.count :] @ self._moved - by_slope @ by_slope
+        )
         low, high = modes.squares[:2]
 
         def steepness(s: float) -> float:
@@ -126,7 +131,7 @@ class Statics:
         rounding = 1e-12 * (high - low)
         load = brentq(steepness, low + rounding, high - rounding, xtol=1e-14 * high, rtol=1e-15)
         mu = (2.0 / (own + float(np.sum((c / (modes.squares - load)) ** 2)))) ** 0.5
-        z = np.append(modes.phi @ (mu * (by_slope + c / (modes.squares - load))), self.ends(mu * self.scale))
+        z = np.append(modes.phi @ (-mu * (by_slope + c / (modes.squares - load))), self.ends(mu * self.scale))
         height = self.scale * float(mesh.middle[0] @ z)
         return self.side * mu * self.scale, self.side * height, float(load)
 

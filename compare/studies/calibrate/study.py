@@ -36,9 +36,8 @@ THICKEST = 0.0225
 LAGS = tuple(np.logspace(-3.5, 2.2, 38))
 TERMS, POWERS = 13, 5
 POLICIES = (
-    Policy("quasilinear", 8, 1e-4),
     Policy("elastica", 6, 1e-4),
-    Policy("elastica", 8, 3e-5),
+    Policy("elastica", 6, 3e-5),
     Policy("elastica", 8, 1e-5),
     Policy("elastica", 12, 3e-6),
     Policy("elastica", 16, 1e-6),
@@ -84,7 +83,7 @@ def _ratio(arguments: tuple[float, float, float, NormalForm]) -> float:
     compression, rate, damping, form = arguments
     scene = planar_scene(compression, rate, damping)
     delay = predict(form, scene.rate, scene.damping).angle
-    return (planar_snap(scene, Policy("elastica", 12, 2e-6))[0] - form.angle) / delay
+    return (planar_snap(scene, Policy("elastica", 16, 5e-7))[0] - form.angle) / delay
 
 
 def planar_delays(sweep: Sweep) -> dict[str, Any]:
@@ -106,7 +105,7 @@ def planar_delays(sweep: Sweep) -> dict[str, Any]:
 
 
 def _truth(scene: Scene) -> float:
-    return planar_snap(scene, Policy("elastica", 24, 3e-7))[0]
+    return planar_snap(scene, Policy("elastica", 24, 1e-7))[0]
 
 
 def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -249,7 +248,7 @@ def main(
     whole_number("ribbons", ribbons, 10)
     whole_number("seed", seed, 0)
     # compiled once here, before any worker starts
-    warm_up("quasilinear", "elastica", "kirchhoff", "der")
+    warm_up("elastica", "kirchhoff", "der")
     new: dict[str, Any] = {}
     if parts in ("all", "planar"):
         planar = planar_folds(sweep)

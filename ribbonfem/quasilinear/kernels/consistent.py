@@ -5,9 +5,11 @@ The ends carry mass, so that a jump of their rates moves their neighbours too.
 
 from __future__ import annotations
 
+from ribbonfem.ends.kernels import Ends
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import copy
+from ribbonfem.stepping.kernels.controls import LEFT, RIGHT
 from ribbonfem.stepping.kernels.newton import SIGMA
 
 from .bands import add_product, dot, factor, solve_both
@@ -28,8 +30,8 @@ def _bordered(t: Scratch, last: float) -> float:
 
 
 @compiled(**OPTIONS)
-def project(beam: Beam, m: Motion, t: Scratch, nu: float) -> float:
-    """Put v, a and the load onto the hidden constraints; return the impulse on the left clamp's slope.
+def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
+    """Put v, a and the load onto the hidden constraints; return the impulse on the control.
 
     The velocity nearest to m.v in the kinetic energy, with the ends t.ends; then the acceleration and the
     load that go with it.
@@ -51,7 +53,11 @@ def project(beam: Beam, m: Motion, t: Scratch, nu: float) -> float:
         t.rest[i] = 0.0
     add_ends(beam.mass, -1.0, jumps, t.rest)
     pulse = _bordered(t, off)
-    impulse = at_end(beam.mass, 1, t.rest, jumps) - at_end(beam.tension, 1, m.z, t.ends[0]) * pulse
+    impulse = 0.0
+    for c in (1, 3):
+        lever = (ends.moved[RIGHT] if c == 3 else -ends.moved[LEFT]) / beam.scale
+        impulse += lever * at_end(beam.mass, c, t.rest, jumps)
+        impulse -= lever * at_end(beam.tension, c, m.z, t.ends[0]) * pulse
     for i in range(n):
         m.v[i] += t.rest[i]
     # M (a + nu v) + K Z - sigma^2 G Z = loads, Z^T G a + v^T G v = the second rate of the shortening
