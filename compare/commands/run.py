@@ -121,7 +121,7 @@ def _mesh(history: History, *names: str) -> dict[str, Any]:
 
 
 def to_rest(stated: Scene, history: History) -> History:
-    """The motion of a scene without a stop, on past its snap and the last fold of a turn, and held until it rests.
+    """The motion of a scene without a stop, past its snap and the last fold of a turn, held until it rests.
 
     Parameters
     ----------
