@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from ribbonfem import History, Scene, SolverError, elastica, kirchhoff, quasilinear
+from ribbonfem import History, Scene, SolverError, elastica, kirchhoff
 from ribbonfem.frozen import html_table, short_policy
 from ribbonfem.results import Value
 
@@ -19,7 +19,7 @@ from . import refinement as climb
 from .cost_laws import shipped
 from .refinement import Run, Settled, endless
 
-_MODELS: Mapping[str, ModuleType] = {"quasilinear": quasilinear, "elastica": elastica, "kirchhoff": kirchhoff}
+_MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -62,7 +62,7 @@ class Choice(Value):
     Attributes
     ----------
     scene, quantity, tolerance, motion: what was asked.
-    model: "prediction" (no run), "quasilinear", "elastica", "kirchhoff" or "folds" (a ribbon's fold and
+    model: "prediction" (no run), "elastica", "kirchhoff" or "folds" (a ribbon's fold and
         its predicted delay).
     policy: of the run, or of the first of several.
     estimate: expected error, rad.
