@@ -97,7 +97,7 @@ def test_stills_name_the_shapes(tmp_path):
 @pytest.mark.parametrize(("model", "policy"), [(der, {"nodes": 51}), (kirchhoff, {"elements": 12})])
 @pytest.mark.parametrize("turned", ["left", "right"])
 def test_states_of_a_curve_have_a_surface(model, policy, turned, tmp_path):
-    scene = replace(SCENE, turned=turned, stop=None)
+    scene = replace(SCENE, drive=turned, stop=None)
     branch = model.equilibria(scene, span=(-0.2, 0.3), **policy)
     strip = of_branch(branch, 9)
     np.testing.assert_allclose(area(strip), FLAT, rtol=1e-3)

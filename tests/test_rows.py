@@ -20,7 +20,7 @@ RUNS = {
     "elements": (kirchhoff, RIBBON, {"elements": 4, "tolerance": 1e-4}),
     "right clamp": (
         der,
-        Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.9, damping=0.3, turned="right"),
+        Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.9, damping=0.3, drive="right"),
         {"nodes": 51},
     ),
     "elastica": (elastica, PLANAR, {"tolerance": 1e-4}),

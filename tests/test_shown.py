@@ -36,7 +36,7 @@ def scenes(seed, count):
             rate=rng.choice([0.01, 0.3, 1.0]),
             stop=rng.uniform(0.02, 0.1),
             damping=rng.uniform(0.5, 5.0),
-            turned=rng.choice(["left", "right"]),
+            drive=rng.choice(["left", "right"]),
             ribbon=Ribbon(thickness=rng.choice([0.002, 0.005])),
         )
 
@@ -80,7 +80,7 @@ def test_the_curvature_at_a_clamp_is_that_of_the_closed_form():
 @pytest.mark.parametrize("turned", ["left", "right"])
 def test_strains_of_a_state_are_its_own(model, turned):
     scene = Scene(
-        compression=0.40, shear=0.37, start="U+S+", turned=turned, ribbon=Ribbon(width=0.05, thickness=0.0025)
+        compression=0.40, shear=0.37, start="U+S+", drive=turned, ribbon=Ribbon(width=0.05, thickness=0.0025)
     )
     state = model.state(scene, **MESH[model])
     strip = of_rest(state)

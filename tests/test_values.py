@@ -142,7 +142,7 @@ def size(run):
 @pytest.mark.parametrize("turned", ["left", "right"])
 def test_long_motions_peak_little_above_their_size(model, policy, turned):
     model.simulate(PLANAR, **policy)
-    scene = replace(PLANAR, rate=0.01, turned=turned)
+    scene = replace(PLANAR, rate=0.01, drive=turned)
     gc.collect()
     tracemalloc.start()
     run = model.simulate(scene, method="implicit-euler", step=10.0 / 200_000, **policy)

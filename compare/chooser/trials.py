@@ -15,6 +15,8 @@ from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhof
 from .cost_laws import Policy
 from .refinement import endless, rattles
 
+_WEIGHTLESS = (0.0, 0.0, 0.0)
+
 
 def planar_scene(compression: float, rate: float, damping: float, thickness: float = 0.01) -> Scene:
     """U+ under a ramp whose rate and damping are times t*; it ends far behind any snap."""
@@ -27,6 +29,7 @@ def planar_scene(compression: float, rate: float, damping: float, thickness: flo
         rate=rate / unit,
         damping=damping / unit,
         stop=12.0,
+        gravity=_WEIGHTLESS,
         ribbon=ribbon,
     )
 
@@ -79,7 +82,7 @@ def random_scene(rng: np.random.Generator, *, planar: bool) -> Scene:
         return math.exp(rng.uniform(math.log(low), math.log(high)))
 
     while True:
-        drawn: dict[str, Any] = {"ribbon": Ribbon(thickness=log_uniform(0.004, 0.02))}
+        drawn: dict[str, Any] = {"ribbon": Ribbon(thickness=log_uniform(0.004, 0.02)), "gravity": _WEIGHTLESS}
         drawn |= {"rate": log_uniform(0.03, 5.0), "damping": log_uniform(0.1, 20.0)}
         if planar:
             return Scene(compression=rng.uniform(0.05, 0.5), shear=0.0, start="U+", **drawn)

@@ -99,11 +99,11 @@ def _fold_rows(
 
     for compression in progress("planar folds", compressions):
         scene = Scene(compression=compression, shear=0.0, start="U+")
-        thin = Scene(compression=compression, shear=0.0, start="U+", ribbon=THIN)
+        thin = Scene(compression=compression, shear=0.0, start="U+", ribbon=THIN, gravity=(0.0, 0.0, 0.0))
         stretching = {"elements": elements, "extensible": True}
         solves: list[tuple[str, int, str, Scene, dict[str, Any]]] = [
             ("beam FEM", 2 * elements - 1, "quasilinear", scene, {"elements": elements}),
-            ("elastica FEM", 3 * elements + 1, "elastica", scene, {"elements": elements}),
+            ("elastica FEM", 5 * elements + 1, "elastica", scene, {"elements": elements}),
             ("elastica FEM, EA", 3 * elements + 1, "elastica", scene, stretching),
             ("DER", 4 * nodes - 15, "der", scene, {"nodes": nodes}),
             ("DER", 4 * fine - 15, "der", scene, {"nodes": fine}),

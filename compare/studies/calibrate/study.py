@@ -54,7 +54,7 @@ def _form(arguments: tuple[float, float]) -> tuple[float, float]:
     """mu and its normal form's product in beam units, at a dL/L and an h/L (0: no stretch)."""
     compression, thickness = arguments
     ribbon = Ribbon(thickness=thickness or 0.01)
-    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon)
+    scene = Scene(compression=compression, shear=0.0, start="U+", ribbon=ribbon, gravity=(0.0, 0.0, 0.0))
     (form,) = elastica.normal_forms(scene, elements=20, extensible=thickness > 0.0)
     root = compression**0.5
     return form.angle / root, form.product * ribbon.inertial_time**4 * root

@@ -23,6 +23,8 @@ PLANAR: dict[str, Any] = {"compression": 0.40, "shear": 0.0, "start": "U+"}
 # the paper's ratios, written: they stand, whatever the section
 _PAPER: dict[str, Any] = {"bending_ratio": 400.0, "twist_ratio": 1.4562}
 # ratios that follow from the section: 4e4 and 1.499
+# there is no weight in these cases, heavy as some of the ribbons are
+WEIGHTLESS = (0.0, 0.0, 0.0)
 THIN = Ribbon(thickness=1e-3)
 # written, to be hard for its stretch alone: EA L^2/EI2 = 1.2e9; 4e6 would follow
 THINNEST = Ribbon(thickness=1e-4, **_PAPER)
@@ -132,7 +134,7 @@ def told(error: Exception) -> str:
 
 def _path_1(name: str, step: float = 1e-3, nodes: int = 51, snap: str = "height", **scene: Any) -> Hard:
     """A case on the paper's Path 1; rate 0.5 to 0.8 rad at nu = 1 if not told otherwise."""
-    given = {"rate": 0.5, "stop": 0.8, "damping": 1.0, **PATH_1, **scene}
+    given = {"rate": 0.5, "stop": 0.8, "damping": 1.0, "gravity": WEIGHTLESS, **PATH_1, **scene}
     return Hard(name, Scene(**given), step, nodes, snap)
 
 
@@ -140,7 +142,7 @@ def _planar(
     name: str, step: float = 1e-3, snap: str = "height", refused: dict[str, str] | None = None, **scene: Any
 ) -> Hard:
     """A planar case; rate 0.5 to 1.4 rad at nu = 1 if not told otherwise."""
-    given = {"rate": 0.5, "stop": 1.4, "damping": 1.0, **PLANAR, **scene}
+    given = {"rate": 0.5, "stop": 1.4, "damping": 1.0, "gravity": WEIGHTLESS, **PLANAR, **scene}
     return Hard(name, Scene(**given), step, snap=snap, refused=tuple((refused or {}).items()))
 
 

@@ -23,6 +23,7 @@ from .hard_cases import (
     QUASILINEAR,
     RODS,
     UNBROKEN,
+    WEIGHTLESS,
     is_refusal,
     told,
 )
@@ -107,7 +108,9 @@ def static_scenes() -> dict[str, Scene]:
         )
         found.setdefault(still, case.name)
     scenes = {name: scene for scene, name in found.items()}
-    return scenes | {name: Scene(**{"rate": 1.0, **changes}) for name, changes in _MORE.items()}
+    return scenes | {
+        name: Scene(**{"rate": 1.0, "gravity": WEIGHTLESS, **changes}) for name, changes in _MORE.items()
+    }
 
 
 def _attempt(call: Callable[[], Any]) -> Any:
