@@ -104,7 +104,7 @@ def _fold_rows(
         solves: list[tuple[str, int, str, Scene, dict[str, Any]]] = [
             ("beam FEM", 2 * elements - 1, "quasilinear", scene, {"elements": elements}),
             ("elastica FEM", 5 * elements + 1, "elastica", scene, {"elements": elements}),
-            ("elastica FEM, EA", 3 * elements + 1, "elastica", scene, stretching),
+            ("elastica FEM, EA", 5 * elements + 1, "elastica", scene, stretching),
             ("DER", 4 * nodes - 15, "der", scene, {"nodes": nodes}),
             ("DER", 4 * fine - 15, "der", scene, {"nodes": fine}),
             ("DER, h = 0.001", 4 * nodes - 15, "der", thin, {"nodes": nodes}),
