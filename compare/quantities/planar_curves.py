@@ -12,7 +12,7 @@ from ribbonfem.output.curve import Curve
 
 DRAWN = (0.20, 0.25, 0.30, 0.35, 0.40)
 # steps short enough for a polyline to look like a curve
-SMOOTH = Steps(turn=0.1, largest=0.05)
+SMOOTH = Steps(turn=0.1, largest=0.015)
 
 
 def planar_curves(nodes: int, progress: Progress) -> tuple[dict[float, Curve], dict[float, Curve], Curve]:
