@@ -41,7 +41,7 @@ QUANTITIES = (*CROSSINGS, "fold")
 FLAT = (0.6, 20.0, 1.4)
 # The laws of single planar runs: by how much errors may exceed them between the scenes that were measured,
 # where a beam rings in another phase (1.8 was met), and the error (rad) of what they were measured against.
-_RINGING, _MEASURED_TO = 5.0, 2e-6
+_RINGING, _MEASURED_TO = 5.0, 2e-7
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
 # steps of a rod above which the ribbon's fold and its delay are cheaper than a run, and their CPU seconds

@@ -161,7 +161,7 @@ class PlanarLaws:
         return float(next(run["seconds"] for run in runs if run["key"] == policy.key))
 
     def run_error(self, policy: Policy, scene: Scene) -> float:
-        """Error of a run with a policy: twice the largest at the corners of the cell the scene lies in."""
+        """Error of a run with a policy: three times the largest at the corners of the cell of the scene."""
         compression, rate, damping, _ = beam_units(scene)
         axes = self.data["runs"]["axes"]
         corners = []
@@ -171,7 +171,7 @@ class PlanarLaws:
             corners.append(slice(k, k + 2))
         runs = self.data["runs"]["policies"]
         error = np.array(next(run["error"] for run in runs if run["key"] == policy.key))
-        return 2.0 * float(error[tuple(corners)].max())
+        return 3.0 * float(error[tuple(corners)].max())
 
 
 class RibbonLaws:

@@ -41,6 +41,7 @@ POLICIES = (
     Policy("elastica", 8, 1e-5),
     Policy("elastica", 12, 3e-6),
     Policy("elastica", 16, 1e-6),
+    Policy("elastica", 20, 1e-7),
 )
 # coarser axes do for errors than for delays
 ERROR_AXES = {
@@ -105,7 +106,7 @@ def planar_delays(sweep: Sweep) -> dict[str, Any]:
 
 
 def _truth(scene: Scene) -> float:
-    return planar_snap(scene, Policy("elastica", 24, 1e-7))[0]
+    return planar_snap(scene, Policy("elastica", 28, 1e-8))[0]
 
 
 def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
