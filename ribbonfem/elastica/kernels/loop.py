@@ -24,12 +24,13 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.controls import PUSH, controls_at
+from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
 
 from . import condensed, consistent, residual, tangent
-from .arrays import GUESS, KNOWN, MEMORY, POINTS, Moving
+from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
 from .energies import elastic_state, kinetic_energy, power, summed
@@ -100,16 +101,7 @@ def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
     """Guesses of a stage at a time, from the polynomial through the last stages known: of a, phi and n."""
     t = model.scratch
     known = int(clock[POINTS])
-    # (those there are not yet count for nothing)
-    count = min(GUESS, known)
-    for j in range(GUESS):
-        weight = 1.0 if j < count else 0.0
-        tj = t.known_time[(known - 1 - j) % MEMORY]
-        for i in range(count if j < count else 0):
-            if i != j:
-                ti = t.known_time[(known - 1 - i) % MEMORY]
-                weight *= (time - ti) / (tj - ti)
-        t.lagrange[j] = weight
+    put_weights(t.known_time, known, time, t.lagrange)
     last, before, first = (known - 1) % MEMORY, (known - 2) % MEMORY, (known - 3) % MEMORY
     w0, w1, w2 = t.lagrange[0], t.lagrange[1], t.lagrange[2]
     for group in range(t.u.shape[0]):

@@ -11,6 +11,7 @@ from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
+from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
 
 from .batch import WIDTH, groups_of
 from .rod import P, Rod, Solver
@@ -21,9 +22,6 @@ CLOCK_SIZE = COMMON + 6
 # a column of rows behind those of the time loop
 SLOPE = COLUMNS
 ROW_SIZE = COLUMNS + 1
-
-# solved stages that are remembered, and those through which a guess is laid
-MEMORY, GUESS = 16, 3
 
 
 @by_reference

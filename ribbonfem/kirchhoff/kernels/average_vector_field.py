@@ -20,8 +20,9 @@ from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import TIME, Ramp
+from ribbonfem.stepping.kernels.guess import MEMORY
 
-from .arrays import KNOWN, MEMORY, POINTS, SIGMA, Motion, Scratch
+from .arrays import KNOWN, POINTS, SIGMA, Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .condensed import solve
 from .gauss_point import Vector, bend, dot, interpolated_fours, tangent_of

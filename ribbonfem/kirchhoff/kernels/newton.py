@@ -17,8 +17,9 @@ from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
+from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 
-from .arrays import ASSEMBLIES, FORETOLD, GUESS, MEMORY, POINTS, RATE, SIGMA, Scratch
+from .arrays import ASSEMBLIES, FORETOLD, POINTS, RATE, SIGMA, Scratch
 from .batch import INLINED, OPTIONS
 from .condensed import factorise, solve
 from .consistent_initialisation import tangents
@@ -195,16 +196,7 @@ def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array
 def guess(t: Scratch, clock: Array, time: float) -> None:
     """Guesses of g, n and a at a time, from the polynomial through the last stages known."""
     known = int(clock[POINTS])
-    # (those there are not yet count for nothing)
-    count = min(GUESS, known)
-    for j in range(GUESS):
-        weight = 1.0 if j < count else 0.0
-        tj = t.known_time[(known - 1 - j) % MEMORY]
-        for i in range(count if j < count else 0):
-            if i != j:
-                ti = t.known_time[(known - 1 - i) % MEMORY]
-                weight *= (time - ti) / (tj - ti)
-        t.lagrange[j] = weight
+    put_weights(t.known_time, known, time, t.lagrange)
     last, before, first = (known - 1) % MEMORY, (known - 2) % MEMORY, (known - 3) % MEMORY
     a, b, c = t.lagrange[0], t.lagrange[1], t.lagrange[2]
     right = t.g.shape[0] - 1

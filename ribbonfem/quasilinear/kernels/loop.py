@@ -18,13 +18,14 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.controls import controls_at
+from ribbonfem.stepping.kernels.guess import GUESS, MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
 
 from . import consistent
 from .bands import dot
-from .beam import ENDS, GUESS, KNOWN, MEMORY, POINTS, Moving
+from .beam import ENDS, KNOWN, POINTS, Moving
 from .stage import at_end, factorise, give, move, residual, set_ends, solve, square
 
 # an increment that leads nowhere
@@ -48,15 +49,11 @@ def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
     """Guesses of z and the load at a time, from the polynomials through the last stages known."""
     t = model.scratch
     known = int(clock[POINTS])
-    count = min(GUESS, known)
+    put_weights(t.known_time, known, time, t.lagrange)
     copy(t.rp, t.z)
     t.load[0] = 0.0
-    for j in range(count):
-        weight, slot = 1.0, (known - 1 - j) % MEMORY
-        for i in range(count):
-            if i != j:
-                ti = t.known_time[(known - 1 - i) % MEMORY]
-                weight *= (time - ti) / (t.known_time[slot] - ti)
+    for j in range(min(GUESS, known)):
+        weight, slot = t.lagrange[j], (known - 1 - j) % MEMORY
         add(t.known_a[slot], b * weight, t.z)
         t.load[0] += weight * t.known_load[slot]
 
