@@ -50,7 +50,7 @@ class Loop:
             np.zeros(size),
             np.zeros(size),
             np.zeros(size),
-            statics.edges(state.x)[0],
+            state.edges[0].copy(),
             state.m1.copy(),
             state.twist.copy(),
             np.zeros((rod.nodes, 4)),

@@ -44,8 +44,7 @@ class InPlane:
 
     def linearise(self, state: RodState, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent, in the plane."""
-        _, gradient, hessian = self.statics.assemble(state)
-        slope = self.statics.slope(state, hessian, parameter)
+        gradient, hessian, slope = self.statics.derivatives(state, parameter)
         arrow = Arrow(self._band(hessian, self._inside))
         return Linearisation(gradient[self._inside], slope[self._inside], arrow.solve, arrow.negative)
 

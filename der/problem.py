@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -53,8 +54,9 @@ class Statics:
         weight = np.zeros((rod.nodes, 4))
         weight[:, :3] = rod.rest
         self.weight = weight.ravel()[rod.free]
-        # viscous moments
-        self._resting = np.zeros((rod.nodes, 4))
+        self._still = np.zeros(4 * rod.nodes)
+        # along the tangents of the clamps, of the first two nodes and of the last two
+        self._held = (*rod.arclength[:2].tolist(), *(rod.arclength[-2:] - 1.0).tolist())
         # the node at midspan, or the two beside it
         self.midspan = sorted({(rod.nodes - 1) // 2, rod.nodes // 2})
 
@@ -73,26 +75,26 @@ class Statics:
 
     def clamps(self, parameter: float) -> tuple[Array, Array]:
         """Positions (4, 3) of the first two and last two nodes, and m1 (2, 3) of the first and last edge."""
-        s, at = self.rod.arclength, self.ends.controls(parameter)
-        left, right, twist_left, twist_right = at[:4]
-        x = np.zeros((4, 3))
-        x[:2] = np.outer(s[:2], [np.cos(left), 0.0, -np.sin(left)])
-        x[2:] = self.ends.reach(parameter)[0] + np.outer(s[-2:] - 1.0, [np.cos(right), 0.0, np.sin(right)])
+        (a, b, c, d), at = self._held, self.ends.controls(parameter).tolist()
+        x, y, z = self.ends.reach(parameter)[0].tolist()
+        p, q, u, v = math.cos(at[0]), -math.sin(at[0]), math.cos(at[1]), math.sin(at[1])
+        ends = [a * p, 0.0, a * q], [b * p, 0.0, b * q], [x + c * u, y, z + c * v], [x + d * u, y, z + d * v]
         m1 = [
-            [np.cos(twist) * np.sin(turn), -np.sin(twist), np.cos(twist) * np.cos(turn)]
-            for turn, twist in ((left, twist_left), (-right, twist_right))
+            [math.cos(twist) * math.sin(turn), -math.sin(twist), math.cos(twist) * math.cos(turn)]
+            for turn, twist in ((at[0], at[2]), (-at[1], at[3]))
         ]
-        return x, np.array(m1)
+        return np.array(ends), np.array(m1)
 
     def clamp_rate(self, parameter: float) -> Array:
         """Derivative (4 N,) of the fixed unknowns in the parameter."""
-        s, at, by = self.rod.arclength, self.ends.controls(parameter), self.ends.moved
-        rate = np.zeros((self.rod.nodes, 4))
-        rate[:2, :3] = by[0] * np.outer(s[:2], [-np.sin(at[0]), 0.0, -np.cos(at[0])])
-        rate[-2:, :3] = by[1] * np.outer(s[-2:] - 1.0, [-np.sin(at[1]), 0.0, np.cos(at[1])])
-        rate[-2:, :3] += self.ends.reach(parameter)[1]
-        rate[0, 3], rate[-2, 3] = by[2], by[3]
-        return rate.ravel()
+        (a, b, c, d), at, by = self._held, self.ends.controls(parameter).tolist(), self.ends.moved.tolist()
+        x, y, z = self.ends.reach(parameter)[1].tolist()
+        p, q = -by[0] * math.sin(at[0]), -by[0] * math.cos(at[0])
+        u, v = -by[1] * math.sin(at[1]), by[1] * math.cos(at[1])
+        rate = np.zeros(4 * self.rod.nodes)
+        rate[:8] = a * p, 0.0, a * q, by[2], b * p, 0.0, b * q, 0.0
+        rate[-8:] = x + c * u, y, z + c * v, by[3], x + d * u, y, z + d * v, 0.0
+        return rate
 
     def advance(self, state: RodState, increment: Array, parameter: float) -> RodState:
         """Move the free unknowns by `increment` and the clamps to `parameter`; carry the frames."""
@@ -103,73 +105,72 @@ class Statics:
         return self._moved(state, increment, parameter, False)
 
     def _moved(self, state: RodState, increment: Array, parameter: float, linear: bool) -> RodState:
-        rod = self.rod
-        step = np.zeros(4 * rod.nodes)
-        step[rod.free] = increment
-        ends, normals = self.clamps(parameter)
-        x = state.x + step.reshape(-1, 4)[:, :3]
-        x[:2], x[-2:] = ends[:2], ends[2:]
-        turn = np.ascontiguousarray(step.reshape(-1, 4)[:, 3])
-        turn[[0, -2]] = self.ends.moved[2:4] * (parameter - state.at)
-        # clamps may twist by more than half a turn: the twist is measured near to what comes of that
-        twist = state.twist.copy()
-        twist[1:-1] += turn[1:-1] - turn[:-2]
-        lag = np.empty(len(state.m1))
-        moved = RodState(x, np.empty_like(state.m1), state.twist.copy(), parameter, lag)
-        (before, shorter), (after, inverse) = self.edges(state.x), self.edges(x)
-        kernels.carry(before, state.m1, twist, after, turn, moved.m1, moved.twist)
-        kernels.fall_short(before, shorter, after, inverse, rod.rest, linear, lag)
-        # exact values where transport leaves rounding behind
-        moved.m1[0], moved.m1[-1] = normals
-        return moved
-
-    def edges(self, x: Array) -> tuple[Array, Array]:
-        """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
-        tangent, inverse = np.empty((len(x) - 1, 3)), np.empty(len(x) - 1)
-        kernels.edges(x, tangent, inverse)
-        return tangent, inverse
+        rod, moved = self.rod, self.ends.moved
+        clamps, normals = self.clamps(parameter)
+        turns = moved[2:4] * (parameter - state.at)
+        x, m1, twist, tangent, inverse, lag = kernels.moved(
+            state.x,
+            state.m1,
+            state.twist,
+            *state.edges,
+            np.ascontiguousarray(increment),
+            rod.free.start,
+            clamps,
+            normals,
+            turns,
+            rod.rest,
+            linear,
+        )
+        new = RodState(x, m1, twist, parameter, lag)
+        new.__dict__["edges"] = tangent, inverse
+        return new
 
     def assemble(self, state: RodState, second: bool = True) -> tuple[Array, Array, Array]:
         """Elastic energies (3,); gradient (4 N,), with loads, and Hessian band (4 N + 10, 11)."""
-        energies, gradient, hessian = self._elastic(state, self.shape(state.at), second)
-        forces = gradient.reshape(-1, 4)[:, :3]
-        weight, force = self.weigh(state.at), self.ends.force(state.at)[0]
-        if weight.any():
-            forces -= np.outer(self.rod.lumps, weight)
-        if force.any():
-            forces[self.midspan] -= force / len(self.midspan)
-        return energies, gradient, hessian
+        return self._equations(state, self._still, self._still[:3], second=second)[:3]
 
-    def _elastic(self, state: RodState, shape: Array, second: bool) -> tuple[Array, Array, Array]:
+    def derivatives(self, state: RodState, parameter: float) -> tuple[Array, Array, Array]:
+        """Gradient and Hessian of `assemble`, and the derivative (4 N,) of the gradient in the parameter."""
+        rates = self.clamp_rate(parameter), self.ends.force(parameter)[1]
+        _, gradient, hessian, slope, _, _ = self._equations(state, *rates)
+        return gradient, hessian, slope + self._brought(state)
+
+    def _equations(
+        self,
+        state: RodState,
+        rate: Array,
+        force_rate: Array,
+        *,
+        second: bool = True,
+        lag: Array | None = None,
+        shape: Array | None = None,
+    ) -> tuple[Array, Array, Array, Array, Array, int]:
+        """As `kernels.equations` has them."""
         rod = self.rod
-        gradient = np.empty(4 * rod.nodes)
-        hessian = np.empty((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1))
-        energies = np.empty(3)
-        kernels.assemble(
-            *self.edges(state.x),
+        result: tuple[Array, Array, Array, Array, Array, int] = kernels.equations(
+            *state.edges,
             state.m1,
             state.twist,
             rod.stiffness,
             rod.rest,
             rod.stretch,
-            shape,
-            self._resting,
-            1.0,
-            gradient,
-            hessian,
-            energies,
+            self.shape(state.at) if shape is None else shape,
+            rod.lumps,
+            self.weigh(state.at),
+            self.ends.force(state.at)[0],
+            self._still[: rod.nodes - 1] if lag is None else lag,
+            _FORESEEN,
+            rate,
+            force_rate,
+            rod.free.start,
+            rod.free.stop,
             second,
-            rod.nodes,
         )
-        return energies, gradient, hessian
+        return result
 
-    def slope(self, state: RodState, hessian: Array, parameter: float) -> Array:
-        """Derivative (4 N,) of the gradient in the parameter."""
-        result = kernels.multiply(hessian, 0, 4 * self.rod.nodes, self.clamp_rate(parameter))
-        change = self.ends.force(parameter)[1]
-        if change.any():
-            result.reshape(-1, 4)[self.midspan, :3] -= change / len(self.midspan)
-        return np.asarray(result)
+    def _brought(self, state: RodState) -> Array | float:
+        """What the parameter adds to the derivative of the gradient (4 N,) besides moving ends."""
+        return 0.0
 
     def crosses_plane(self, null: Array) -> bool:
         """Whether a change of the unknowns leaves the plane y = 0."""
@@ -195,17 +196,9 @@ class Statics:
     def linearise(self, state: RodState, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         free = self.rod.free
-        _, gradient, hessian = self.assemble(state)
-        if state.lag is not None and np.abs(state.lag).max() < _FORESEEN:
-            # An edge that turns in a step is stretched by the square of its turn, and the tangent takes
-            # the large tension for real.  With the one that was to be, Newton needs half the iterations
-            # (D. Magisano et al., Comput. Methods Appl. Mech. Eng. 313 (2017) 986).
-            tangent, inverse = self.edges(state.x)
-            tension = self.rod.stretch / self.rod.rest * state.lag * inverse
-            kernels.hold_tension(hessian, tangent, tension)
-        slope = self.slope(state, hessian, parameter)[free]
-        factors = hessian.copy()
-        index = kernels.factor(factors, free.start, free.stop)
+        rates = self.clamp_rate(parameter), self.ends.force(parameter)[1]
+        _, gradient, hessian, slope, factors, index = self._equations(state, *rates, lag=state.lag)
+        slope += self._brought(state)
 
         def solve(right: Array) -> Array:
             columns = right.reshape(len(right), -1)
@@ -213,7 +206,7 @@ class Statics:
                 right.shape
             )
 
-        return Linearisation(gradient[free], slope, solve, index)
+        return Linearisation(gradient[free], slope[free], solve, index)
 
     def observe(self, state: RodState, parameter: float) -> tuple[float, float, float]:
         """z(1/2)/L, t_z(1/2) and the compressive end force along x times L^2/EI2."""
@@ -257,11 +250,15 @@ class Loading(Statics):
         """As of `Statics`, a share of it."""
         return parameter * self._weight
 
-    def slope(self, state: RodState, hessian: Array, parameter: float) -> Array:
+    def _brought(self, state: RodState) -> Array | float:
         """As of `Statics`; the gradient is linear in the weight and in the natural shape."""
-        result = super().slope(state, hessian, parameter)
-        result.reshape(-1, 4)[:, :3] -= np.outer(self.rod.lumps, self._weight)
+        brought = np.zeros(4 * self.rod.nodes)
+        brought.reshape(-1, 4)[:, :3] -= np.outer(self.rod.lumps, self._weight)
         shape = self.rod.shape
         if shape.any():
-            result += self._elastic(state, shape, False)[1] - self._elastic(state, 0.0 * shape, False)[1]
-        return result
+            one, none = (
+                self._equations(state, self._still, self._still[:3], second=False, shape=share)[1]
+                for share in (shape, 0.0 * shape)
+            )
+            brought += one - none
+        return brought

@@ -31,7 +31,7 @@ def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:
     rod = Rod(scene, nodes)
     state = start_state(rod)
     problem = Statics(rod)
-    tangent, inverse = problem.edges(state.x)
+    tangent, inverse = state.edges
     gradient, energies = np.zeros(4 * nodes), np.zeros(3)
     viscous = np.zeros((nodes, 4))
     hessian = np.zeros((4 * nodes + kernels.WIDTH, kernels.WIDTH + 1))

@@ -9,12 +9,15 @@ s = 0 and s = L, with l = L/(N - 2): the same number of unknowns and an error O(
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ribbonfem.options import choice, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon, Scene
+
+from . import kernels
 
 CLAMPS = ("centred", "two-node")
 
@@ -24,7 +27,7 @@ class RodState:
     """Positions (N, 3) in L, director m1 (N - 1, 3) of each edge, twist angle (N,) at each node.
 
     `at` is the parameter at which they are: loads are those of it.  `lag` (N - 1,) is by how much the edges'
-    strains fall short of those that the step to it was to make.
+    strains fall short of those that the step to it was to make; None where there was no step.
     """
 
     x: Array
@@ -32,6 +35,13 @@ class RodState:
     twist: Array
     at: float = 0.0
     lag: Array | None = None
+
+    @cached_property
+    def edges(self) -> tuple[Array, Array]:
+        """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
+        tangent, inverse = np.empty((len(self.x) - 1, 3)), np.empty(len(self.x) - 1)
+        kernels.edges(self.x, tangent, inverse)
+        return tangent, inverse
 
     def copy(self) -> RodState:
         """Return a state with arrays of its own."""

@@ -146,7 +146,7 @@ def hessian_at(rod, state, rise):
     hessian, size = np.zeros((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1)), 4 * rod.nodes
     material = rod.stiffness, rod.rest, rod.stretch, rod.shape, np.zeros((rod.nodes, 4)), rise
     kernels.assemble(
-        *Statics(rod).edges(state.x),
+        *state.edges,
         state.m1,
         state.twist,
         *material,

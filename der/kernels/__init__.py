@@ -60,10 +60,11 @@ from .arrays import (
     Rod,
     Scratch,
 )
-from .band import FIRST, WIDTH, factor, multiply, solve, solve_refined
-from .energy import assemble, hold_tension, resist
-from .frames import carry, edges, fall_short
+from .band import FIRST, WIDTH, factor, solve, solve_refined
+from .energy import assemble, resist
+from .frames import carry, edges
 from .loop import record, run
+from .statics import equations, moved
 
 # what counts from the beginning of a run
 OF_A_RUN = (STEPS, ITERATIONS, ASSEMBLIES, REJECTED, PHASE, AFTER, SIDE, CARRY)
@@ -113,10 +114,9 @@ __all__ = [
     "assemble",
     "carry",
     "edges",
+    "equations",
     "factor",
-    "fall_short",
-    "hold_tension",
-    "multiply",
+    "moved",
     "record",
     "resist",
     "run",
