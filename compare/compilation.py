@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import hashlib
 import os
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +29,8 @@ from compare.sweep.pool import alone as no_workers
 from compare.sweep.task import edition
 from ribbonfem import Scene
 from ribbonfem.jit.cache import folders, made_from, read, write
+
+Result = TypeVar("Result")
 
 _PLANAR = Scene(compression=0.30, shear=0.0, start="U+", rate=10.0)
 _RIBBON = Scene(compression=0.40, shear=0.40, rate=0.03, damping=0.3)
@@ -148,18 +153,70 @@ class Warmed:
 
 
 class Background:
-    """Jobs that other processes do meanwhile."""
+    """Other processes: what they compile, and calls that they make after it, in order."""
 
-    def __init__(self, jobs: dict[str, Future[float]], progress: Progress) -> None:
-        self.jobs, self._progress = jobs, progress
+    def __init__(
+        self, pool: WorkerPool | None, processes: int, jobs: Sequence[str], progress: Progress
+    ) -> None:
+        self._pool, self._progress = pool, progress
+        # (a pool is given one call a process at a time: what it has been given cannot be taken back)
+        self._free, self._lock = processes, threading.RLock()
+        self._waiting: deque[tuple[Future[Any], Callable[[], Any]]] = deque()
+        self._jobs = {job: self.begin(make, job) for job in jobs}
+
+    def begin(self, call: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+        """Have a call of a module's function made there.
+
+        Returns
+        -------
+        A function that returns its result: waits for it, or makes the call here if it has not begun there.
+        """
+        made = partial(call, *arguments)
+        if self._pool is None:
+            return made
+        future: Future[Result] = Future()
+        self._waiting.append((future, made))
+        self._go_on()
+
+        def result() -> Result:
+            # of workers that were lost the process that needs it does the work
+            with suppress(BrokenExecutor):
+                if not future.cancel():
+                    return future.result()
+            return made()
+
+        return result
+
+    def _go_on(self) -> None:
+        assert self._pool is not None
+        with self._lock:
+            while self._free and self._waiting:
+                future, call = self._waiting.popleft()
+                if not future.set_running_or_notify_cancel():
+                    continue
+                try:
+                    there = self._pool.submit(call)
+                except (BrokenExecutor, RuntimeError) as error:
+                    future.set_exception(BrokenExecutor(str(error)))
+                    continue
+                self._free -= 1
+                there.add_done_callback(partial(self._ended, future))
+
+    def _ended(self, future: Future[Any], there: Future[Any]) -> None:
+        with self._lock:
+            self._free += 1
+        error = BrokenExecutor("ended") if there.cancelled() else there.exception()
+        if error is None:
+            future.set_result(there.result())
+        else:
+            future.set_exception(error)
+        self._go_on()
 
     def wait(self, title: str = "compiling, once") -> None:
-        """Until all are done."""
-        bar = self._progress.bar(title, len(self.jobs), sum(JOBS[job].seconds for job in self.jobs))
-        for job, future in self.jobs.items():
-            # (of workers that were lost the process that needs it does the work)
-            with suppress(BrokenExecutor):
-                future.result()
+        """Until all is compiled; what has not been begun, here."""
+        bar = self._progress.bar(title, len(self._jobs), sum(JOBS[job].seconds for job in self._jobs))
+        for job in reversed(self._jobs):
+            self._jobs[job]()
             bar.advance(JOBS[job].seconds)
 
 
@@ -169,18 +226,19 @@ def background(*jobs: str, processes: int, progress: Progress) -> Iterator[Backg
 
     One that is needed here meanwhile is waited for where it is called: no two compile the same.
     """
-    missing = [job for job in jobs if done(job) is None]
-    if not missing or processes < 1 or no_workers():
-        yield Background({}, progress)
+    if processes < 1 or no_workers():
+        yield Background(None, 0, (), progress)
         return
-    about = max(
-        max(JOBS[job].seconds for job in missing), sum(JOBS[job].seconds for job in missing) / processes
-    )
-    # (of a quick machine that does nothing else, and of one at half its speed)
-    progress.say(f"compiling, once, {about:.0f} to {2 * about:.0f} s: {', '.join(missing)}")
-    pool = WorkerPool(min(processes, len(missing)))
+    missing = [job for job in jobs if done(job) is None]
+    if missing:
+        about = max(
+            max(JOBS[job].seconds for job in missing), sum(JOBS[job].seconds for job in missing) / processes
+        )
+        # (of a quick machine that does nothing else, and of one at half its speed)
+        progress.say(f"compiling, once, {about:.0f} to {2 * about:.0f} s: {', '.join(missing)}")
+    pool = WorkerPool(processes)
     try:
-        yield Background({job: pool.submit(make, job) for job in missing}, progress)
+        yield Background(pool, processes, missing, progress)
     finally:
         pool.end()
 

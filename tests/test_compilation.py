@@ -16,7 +16,7 @@ from ribbonfem import Scene
 ANEW = {
     "elements in motion": "strains",
     "elastica in motion": "linearised",
-    "rods in motion": "carry",
+    "rods in motion": "moved",
 }
 SCRIPT = """
 import sys

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -69,16 +69,16 @@ def _rescaled(fold: Fold, compression: float) -> tuple[float, float, float]:
     return fold.load**0.5, fold.angle * compression**-0.5, fold.height * compression**-0.5
 
 
-def _fold_rows(
-    compressions: tuple[float, ...], elements: int, nodes: int, progress: Progress
+def _folds_of(
+    compression: float, elements: int, nodes: int, show: Callable[[dict[str, Any]], object] = len
 ) -> list[dict[str, Any]]:
-    """The folds of every model, a record each."""
+    """The folds of every model at one dL/L, a record each; each is shown as it comes."""
     exact = quasilinear.closed_form_fold()
     fine = 2 * nodes - 1
     ratio = edge_ratio(nodes, fine)
     records = []
 
-    def done(compression: float, label: str, unknowns: int | None, fold: Fold, taken: float | None) -> None:
+    def done(label: str, unknowns: int | None, fold: Fold, taken: float | None) -> None:
         sigma, mu, height = _rescaled(fold, compression)
         records.append(
             {
@@ -95,33 +95,31 @@ def _fold_rows(
                 "seconds": taken,
             }
         )
-        progress.show(_fold_table(records[-1:]))
+        show(records[-1])
 
-    for compression in progress("planar folds", compressions):
-        scene = Scene(compression=compression, shear=0.0, start="U+")
-        thin = Scene(compression=compression, shear=0.0, start="U+", ribbon=THIN, gravity=(0.0, 0.0, 0.0))
-        stretching = {"elements": elements, "extensible": True}
-        solves: list[tuple[str, int, str, Scene, dict[str, Any]]] = [
-            ("beam FEM", 2 * elements - 1, "quasilinear", scene, {"elements": elements}),
-            ("elastica FEM", 5 * elements + 1, "elastica", scene, {"elements": elements}),
-            ("elastica FEM, EA", 5 * elements + 1, "elastica", scene, stretching),
-            ("DER", 4 * nodes - 15, "der", scene, {"nodes": nodes}),
-            ("DER", 4 * fine - 15, "der", scene, {"nodes": fine}),
-            ("DER, h = 0.001", 4 * nodes - 15, "der", thin, {"nodes": nodes}),
-            ("DER, h = 0.001", 4 * fine - 15, "der", thin, {"nodes": fine}),
-        ]
-        scale = compression**0.5
-        closed = Fold(exact.mu * scale, exact.height * scale, exact.sigma**2)
-        done(compression, "closed form", None, closed, None)
-        before: Fold | None = None
-        for label, count, name, of, mesh in solves:
-            # nothing is compiled or loaded while a clock runs
-            warm_up(name, motion=False)
-            (met,), taken = timed(partial(MODELS[name].folds, of, **mesh))
-            done(compression, label, count, met, taken)
-            if before is not None and mesh.get("nodes") == fine:
-                done(compression, f"{label}, limit", None, of_folds(before, met, ratio), None)
-            before = met
+    scene = Scene(compression=compression, shear=0.0, start="U+")
+    thin = Scene(compression=compression, shear=0.0, start="U+", ribbon=THIN, gravity=(0.0, 0.0, 0.0))
+    stretching = {"elements": elements, "extensible": True}
+    solves: list[tuple[str, int, str, Scene, dict[str, Any]]] = [
+        ("beam FEM", 2 * elements - 1, "quasilinear", scene, {"elements": elements}),
+        ("elastica FEM", 5 * elements + 1, "elastica", scene, {"elements": elements}),
+        ("elastica FEM, EA", 5 * elements + 1, "elastica", scene, stretching),
+        ("DER", 4 * nodes - 15, "der", scene, {"nodes": nodes}),
+        ("DER", 4 * fine - 15, "der", scene, {"nodes": fine}),
+        ("DER, h = 0.001", 4 * nodes - 15, "der", thin, {"nodes": nodes}),
+        ("DER, h = 0.001", 4 * fine - 15, "der", thin, {"nodes": fine}),
+    ]
+    scale = compression**0.5
+    done("closed form", None, Fold(exact.mu * scale, exact.height * scale, exact.sigma**2), None)
+    before: Fold | None = None
+    for label, count, name, of, mesh in solves:
+        # nothing is compiled or loaded while a clock runs
+        warm_up(name, motion=False)
+        (met,), taken = timed(partial(MODELS[name].folds, of, **mesh))
+        done(label, count, met, taken)
+        if before is not None and mesh.get("nodes") == fine:
+            done(f"{label}, limit", None, of_folds(before, met, ratio), None)
+        before = met
     return records
 
 
@@ -161,7 +159,7 @@ def _mesh_rows() -> list[list[Any]]:
     return rows
 
 
-def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
+def _rod_rows(nodes: int) -> list[list[Any]]:
     """DER folds against solvers that share no mechanics with it."""
     fine = 2 * nodes - 1
     ratio = edge_ratio(nodes, fine)
@@ -172,7 +170,7 @@ def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
         ("ribbon (0.40, 0.40)", ribbon, kirchhoff.folds(ribbon, extensible=True)),
     ]
     rows: list[list[Any]] = []
-    for label, scene, references in progress("rods against elements", cases):
+    for label, scene, references in cases:
         coarse, dense = der.folds(scene, nodes=nodes), der.folds(scene, nodes=fine)
         for k, reference in enumerate(fold.angle for fold in references):
             limit = of_folds(coarse[k], dense[k], ratio).angle
@@ -185,7 +183,7 @@ def _rod_rows(nodes: int, progress: Progress) -> list[list[Any]]:
     return rows
 
 
-def _snap_rows(progress: Progress) -> list[list[Any]]:
+def _snap_rows() -> list[list[Any]]:
     """The snap of a ribbon in motion, rods and elements, each on two meshes; both with EA."""
     rods: list[float] = []
     rows: list[list[Any]] = []
@@ -197,7 +195,7 @@ def _snap_rows(progress: Progress) -> list[list[Any]]:
         for n in SNAP_ELEMENTS
     ]
     warm_up("der", "kirchhoff")
-    for label, model, policy in progress("a ribbon in motion", runs):
+    for label, model, policy in runs:
         history = model.simulate(SNAP, configurations=False, until="snap", **policy)
         found = history.crossing()
         angle = float("nan") if found is None else found[1]
@@ -262,24 +260,31 @@ def main(
     """
     progress = sweep.progress if sweep else Progress()
     exact = quasilinear.closed_form_fold()
+    first, *rest = compressions
     # the first time there is much to compile: others do it while this process comes to what needs little
     others = (sweep.processes if sweep else processors()) - 1
-    with background(*COMPILED, processes=others, progress=progress) as compiling:
-        records = _fold_rows(compressions, elements, nodes, progress)
+    with background(*COMPILED, processes=others, progress=progress) as elsewhere:
+        snaps = elsewhere.begin(_snap_rows)
+        rods = elsewhere.begin(_rod_rows, nodes)
+        curves = elsewhere.begin(planar_curves, 51)
+        # it goes through these from their end, this process from their beginning
+        folds = {c: elsewhere.begin(_folds_of, c, elements, nodes) for c in reversed(rest)}
+        records = _folds_of(first, elements, nodes, lambda record: progress.show(_fold_table([record])))
+        for compression in progress("planar folds", rest):
+            met = folds[compression]()
+            progress.show(_fold_table(met))
+            records += met
         mesh = _mesh_rows()
-        rods = _rod_rows(nodes, progress)
-        beams, dots, curve = planar_curves(51, progress)
-        # (what the others have not begun is done here meanwhile)
-        warm_up("der")
-        compiling.wait()
-        snaps = _snap_rows(progress)
+        elsewhere.wait()
+        beams, dots, curve = curves()
+        against, snapped = rods(), snaps()
     return Crosscheck(
         nodes=nodes,
         closed=(exact.sigma, exact.mu, exact.height),
         folds=tuple(records),
         mesh=tuple(mesh),
-        rods=tuple(rods),
-        snaps=tuple(snaps),
+        rods=tuple(against),
+        snaps=tuple(snapped),
         beams=beams,
         dots=dots,
         exact=curve,

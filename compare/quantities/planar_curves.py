@@ -15,10 +15,12 @@ DRAWN = (0.20, 0.25, 0.30, 0.35, 0.40)
 SMOOTH = Steps(turn=0.1, largest=0.015)
 
 
-def planar_curves(nodes: int, progress: Progress) -> tuple[dict[float, Curve], dict[float, Curve], Curve]:
+def planar_curves(
+    nodes: int, progress: Progress | None = None
+) -> tuple[dict[float, Curve], dict[float, Curve], Curve]:
     """The curves of the paper's Fig. 3: the elastica's and the rods' by dL/L, and the closed form's."""
     beams, dots = {}, {}
-    for compression in progress("bifurcation diagram", DRAWN):
+    for compression in (progress or Progress())("bifurcation diagram", DRAWN):
         scene = Scene(compression=compression, shear=0.0, start="U+")
         # two unstable directions more would only add the curves of higher buckling modes
         beams[compression] = Curve.of(
