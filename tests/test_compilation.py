@@ -16,7 +16,7 @@ from ribbonfem import Scene
 ANEW = {
     "elements in motion": "strains",
     "elastica in motion": "linearised",
-    "rods in motion": "moved",
+    "rods in motion": "solve_refined",
 }
 SCRIPT = """
 import sys

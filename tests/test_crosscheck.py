@@ -71,7 +71,7 @@ def test_command_line_help_is_light():
 
 
 def test_command_line_json_and_errors(tmp_path, capsys):
-    command = ["crosscheck", "--out", str(tmp_path), "--json"]
+    command = ["crosscheck", "--out", str(tmp_path), "--json", "--processes", "1"]
     assert main([*command, "--compressions", "0.3", "--elements", "16", "--nodes", "21"]) == 0
     values = json.loads(capsys.readouterr().out)
     assert np.isclose(values["closed_form"]["sigma"], 7.5864, atol=1e-4)

@@ -6,6 +6,7 @@ import importlib
 import pickle
 import tracemalloc
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,26 +20,29 @@ PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
 PATH_2 = Scene(compression=0.4, shear=0.40, start="U+S+", rate=1.0, stop=0.6, damping=10.0)
 
 
-def results():
-    run = der.simulate(PATH_2, nodes=21)
-    yield "der", run
-    yield "elastica", elastica.simulate(PLANAR, elements=4)
-    yield "quasilinear", quasilinear.simulate(PLANAR, elements=4)
-    yield "branch", kirchhoff.equilibria(PATH_2, elements=8)
-    yield "fold", der.folds(PATH_2, nodes=21)[0]
-    yield "rest", kirchhoff.state(PATH_2, elements=8)
-    yield "rods at rest", der.state(PATH_2, nodes=21)
-    yield "curve", kirchhoff.shear_curves(0.4, elements=8)[0]
-    yield "pitchforks", kirchhoff.pitchforks(0.4, elements=8)
-    yield "closed form", quasilinear.closed_form_branch((-1.0, 2.0))
-    yield "outcome", der.modes.classify(run, der.folds(PATH_2, nodes=21))
-    yield "normal form", elastica.normal_forms(replace(PLANAR, stop=None))[0]
+# computed when the first test asks, and not while tests are collected
+RESULTS = {
+    "der": lambda: der.simulate(PATH_2, nodes=21),
+    "elastica": lambda: elastica.simulate(PLANAR, elements=4),
+    "quasilinear": lambda: quasilinear.simulate(PLANAR, elements=4),
+    "branch": lambda: kirchhoff.equilibria(PATH_2, elements=8),
+    "fold": lambda: der.folds(PATH_2, nodes=21)[0],
+    "rest": lambda: kirchhoff.state(PATH_2, elements=8),
+    "rods at rest": lambda: der.state(PATH_2, nodes=21),
+    "curve": lambda: kirchhoff.shear_curves(0.4, elements=8)[0],
+    "pitchforks": lambda: kirchhoff.pitchforks(0.4, elements=8),
+    "closed form": lambda: quasilinear.closed_form_branch((-1.0, 2.0)),
+    "outcome": lambda: der.modes.classify(result_of("der"), der.folds(PATH_2, nodes=21)),
+    "normal form": lambda: elastica.normal_forms(replace(PLANAR, stop=None))[0],
     # an infinite error would be the same with one more
-    yield "delay", replace(delay.predict(delay.NormalForm(1.1, 1e5), 0.1, 1.0), error=0.1)
-
-
-RESULTS = dict(results())
+    "delay": lambda: replace(delay.predict(delay.NormalForm(1.1, 1e5), 0.1, 1.0), error=0.1),
+}
 EACH = pytest.mark.parametrize("name", RESULTS)
+
+
+@cache
+def result_of(name):
+    return RESULTS[name]()
 
 
 def arrays_in(value):
@@ -57,8 +61,8 @@ def arrays_in(value):
 
 @EACH
 def test_equal_by_content(name):
-    result = RESULTS[name]
-    again = dict(results())[name] if name in ("elastica", "branch") else copy.deepcopy(result)
+    result = result_of(name)
+    again = RESULTS[name]() if name in ("elastica", "branch") else copy.deepcopy(result)
     for other in (again, pickle.loads(pickle.dumps(result)), copy.copy(result)):
         assert other == result
         assert hash(other) == hash(result)
@@ -78,7 +82,7 @@ def test_equal_by_content(name):
 
 @EACH
 def test_read_only(name):
-    result = RESULTS[name]
+    result = result_of(name)
     for array in arrays_in(result):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0
@@ -94,18 +98,18 @@ def test_read_only(name):
 
 @EACH
 def test_shown_in_one_to_three_lines(name):
-    for text in (repr(RESULTS[name]), str(RESULTS[name])):
+    for text in (repr(result_of(name)), str(result_of(name))):
         lines = text.splitlines()
         assert 1 <= len(lines) <= 3
         assert max(map(len, lines)) < 240
         assert "array(" not in text
-    html = getattr(RESULTS[name], "_repr_html_", None)
+    html = getattr(result_of(name), "_repr_html_", None)
     if name in ("der", "branch"):
         assert html().count("<tr>") == 13
 
 
 def test_seconds_are_no_content():
-    run = RESULTS["elastica"]
+    run = result_of("elastica")
     slower = replace(run, stats={**run.stats, "seconds": 1e3})
     assert slower == run
     assert hash(slower) == hash(run)

@@ -261,6 +261,9 @@ def main(
     progress = sweep.progress if sweep else Progress()
     exact = quasilinear.closed_form_fold()
     first, *rest = compressions
+    for compression in compressions:
+        # one that cannot be is refused before anything is begun
+        Scene(compression=compression, shear=0.0, start="U+")
     # the first time there is much to compile: others do it while this process comes to what needs little
     others = (sweep.processes if sweep else processors()) - 1
     with background(*COMPILED, processes=others, progress=progress) as elsewhere:

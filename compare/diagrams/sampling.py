@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.stats import qmc
 
 from ribbonfem.results import Array
 
@@ -47,6 +46,9 @@ def cell_points(
     """
     if samples == 1:
         return [centre]
+    # imported here: it takes a second, as much as all else that a worker imports
+    from scipy.stats import qmc
+
     engine = qmc.Sobol(2, scramble=True, rng=np.random.default_rng(np.random.SeedSequence(list(seed))))
     shares = engine.random_base2(max(1, (samples - 1).bit_length()))[:samples]
     offsets = np.exp((shares - 0.5) * spacing)

@@ -1,0 +1,32 @@
+"""In which order files of tests are begun: the longest first, so that two processes end at the same time."""
+
+LONGEST = (
+    "test_compilation",
+    "test_kirchhoff_motion",
+    "test_snap_delay",
+    "test_surroundings",
+    "test_diagrams",
+    "test_chooser",
+    "test_command_line",
+    "test_sweep",
+    "test_compare_motion",
+    "test_compare_folds",
+    "test_documents",
+    "test_der_motion",
+    "test_validation",
+    "test_kirchhoff",
+    "test_figures",
+    "test_rounding",
+    "test_crosscheck",
+    "test_cluster",
+    "test_interrupts",
+    "test_time_loop",
+    "test_modes",
+    "test_near_pitchforks",
+    "test_stability",
+)
+
+
+def pytest_collection_modifyitems(items):
+    place = {name: number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(place)))
