@@ -16,7 +16,7 @@ from ribbonfem.results import Array
 from ..jit.decorator import compiled
 
 
-@compiled()
+@compiled(fastmath={"contract"})
 def factor_arrow(band: Array, border: Array, corner: Array) -> int:
     """Overwrite a symmetric arrow matrix with its L D L^T; return the number of negative pivots.
 
@@ -36,23 +36,24 @@ def factor_arrow(band: Array, border: Array, corner: Array) -> int:
             band[i, 0] = pivot
         if pivot < 0.0:
             negative += 1
+        inverse = 1.0 / pivot
         for r in range(k):
             entry = border[r, i]
             if entry != 0.0:
-                factor = entry / pivot
+                factor = entry * inverse
                 for d in range(1, min(width, n - 1 - i) + 1):
                     border[r, i + d] -= factor * band[i, d]
                 for s in range(k):
                     corner[r, s] -= factor * border[s, i] if s >= r else 0.0
         for d in range(1, min(width, n - 1 - i) + 1):
-            factor = band[i, d] / pivot
+            factor = band[i, d] * inverse
             if factor != 0.0:
                 for e in range(d, width + 1):
                     band[i + d, e - d] -= factor * band[i, e]
         for r in range(k):
-            border[r, i] /= pivot
+            border[r, i] *= inverse
         for d in range(1, width + 1):
-            band[i, d] /= pivot
+            band[i, d] *= inverse
     for r in range(k):
         pivot = corner[r, r]
         if abs(pivot) < tiny:
@@ -69,55 +70,71 @@ def factor_arrow(band: Array, border: Array, corner: Array) -> int:
     return negative
 
 
-@compiled()
-def solve_arrow(band: Array, border: Array, corner: Array, x: Array) -> None:
-    """Overwrite x (n + k, m) with the solution, from the factors of `factor_arrow`."""
+@compiled(fastmath={"contract"})
+def solve_arrow(band: Array, border: Array, corner: Array, x: Array, last: Array) -> None:
+    """Overwrite x (n + w,), its end zero, and the last unknowns (k,) by the solution, from `factor_arrow`."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
-    for c in range(x.shape[1]):
+    for i in range(n):
+        value = x[i]
+        for d in range(1, width + 1):
+            x[i + d] -= band[i, d] * value
+    for r in range(k):
+        last[r] -= _dot(border, r, 0, n, x, 0)
+        for s in range(r):
+            last[r] -= corner[s, r] * last[s]
+    for r in range(k - 1, -1, -1):
+        last[r] /= corner[r, r]
+        for s in range(r + 1, k):
+            last[r] -= corner[r, s] * last[s]
+    for i in range(n):
+        x[i] /= band[i, 0]
+    for r in range(k):
         for i in range(n):
-            value = x[i, c]
-            for d in range(1, min(width, n - 1 - i) + 1):
-                x[i + d, c] -= band[i, d] * value
-            for r in range(k):
-                x[n + r, c] -= border[r, i] * value
-        for r in range(k):
-            for s in range(r + 1, k):
-                x[n + s, c] -= corner[r, s] * x[n + r, c]
-        for r in range(k - 1, -1, -1):
-            value = x[n + r, c] / corner[r, r]
-            for s in range(r + 1, k):
-                value -= corner[r, s] * x[n + s, c]
-            x[n + r, c] = value
-        for i in range(n - 1, -1, -1):
-            value = x[i, c] / band[i, 0]
-            for d in range(1, min(width, n - 1 - i) + 1):
-                value -= band[i, d] * x[i + d, c]
-            for r in range(k):
-                value -= border[r, i] * x[n + r, c]
-            x[i, c] = value
+            x[i] -= border[r, i] * last[r]
+    for i in range(n - 1, -1, -1):
+        x[i] -= _dot(band, i, 1, width, x, i + 1)
 
 
-@compiled(allocates=True)
-def multiply_arrow(band: Array, border: Array, corner: Array, x: Array) -> Array:
-    """The product of the (unfactored) matrix with x (n + k, m)."""
+@compiled(inline=True, fastmath={"contract"})
+def _dot(band: Array, i: int, first: int, count: int, x: Array, at: int) -> float:
+    """Of `count` entries of a row from `first` on with those of x from `at` on.
+
+    Four sums side by side, where one would wait for every product before it.
+    """
+    one = two = three = four = 0.0
+    whole = count - count % 4
+    for d in range(0, whole, 4):
+        one += band[i, first + d] * x[at + d]
+        two += band[i, first + d + 1] * x[at + d + 1]
+        three += band[i, first + d + 2] * x[at + d + 2]
+        four += band[i, first + d + 3] * x[at + d + 3]
+    for d in range(whole, count):
+        one += band[i, first + d] * x[at + d]
+    return (one + two) + (three + four)
+
+
+@compiled(fastmath={"contract"})
+def multiply_arrow(
+    band: Array, border: Array, corner: Array, x: Array, last: Array, y: Array, after: Array
+) -> None:
+    """Write the (unfactored) matrix times x (n,) and the last unknowns (k,) to y (n,) and (k,)."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
-    y = np.zeros_like(x)
-    for c in range(x.shape[1]):
+    for i in range(n):
+        y[i] = band[i, 0] * x[i]
+    for i in range(n):
+        here = min(width, n - 1 - i)
+        for d in range(1, here + 1):
+            y[i + d] += band[i, d] * x[i]
+        y[i] += _dot(band, i, 1, here, x, i + 1)
+    for r in range(k):
+        after[r] = _dot(border, r, 0, n, x, 0)
         for i in range(n):
-            y[i, c] += band[i, 0] * x[i, c]
-            for d in range(1, min(width, n - 1 - i) + 1):
-                y[i + d, c] += band[i, d] * x[i, c]
-                y[i, c] += band[i, d] * x[i + d, c]
-            for r in range(k):
-                y[n + r, c] += border[r, i] * x[i, c]
-                y[i, c] += border[r, i] * x[n + r, c]
-        for r in range(k):
-            for s in range(k):
-                y[n + r, c] += corner[min(r, s), max(r, s)] * x[n + s, c]
-    return y
+            y[i] += border[r, i] * last[r]
+        for s in range(k):
+            after[r] += corner[min(r, s), max(r, s)] * last[s]
 
 
-@compiled(allocates=True)
+@compiled(allocates=True, fastmath={"contract"})
 def factors_of(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
     """As `factored`, for compiled code: what hands arrays to Python cannot serve both."""
     n, width = band.shape[0], band.shape[1] - 1
@@ -131,13 +148,13 @@ def factors_of(band: Array, border: Array, corner: Array) -> tuple[Array, Array,
     return factors, rows, last, negative
 
 
-@compiled(allocates=True)
+@compiled(allocates=True, fastmath={"contract"})
 def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
     """The factors of `factor_arrow` of band (n, w + 1), border and corner, which stay as they are."""
     return factors_of(band, border, corner)
 
 
-@compiled(allocates=True)
+@compiled(allocates=True, fastmath={"contract"})
 def solved(
     band: Array,
     border: Array,
@@ -149,19 +166,26 @@ def solved(
     refined: bool,
 ) -> Array:
     """The solution (n + k, m) for right-hand sides (n + k, m), perhaps with one step of refinement."""
-    x = right.copy()
-    solve_arrow(factors, rows, last, x)
-    if not refined:
-        return x
-    rest = multiply_arrow(band, border, corner, x)
-    for r in range(x.shape[0]):
-        for c in range(x.shape[1]):
-            rest[r, c] = right[r, c] - rest[r, c]
-    solve_arrow(factors, rows, last, rest)
-    for r in range(x.shape[0]):
-        for c in range(x.shape[1]):
-            x[r, c] += rest[r, c]
-    return x
+    k, n = border.shape
+    out = np.empty_like(right)
+    x, end = np.zeros(factors.shape[0]), np.empty(k)
+    rest, over = np.zeros(factors.shape[0]), np.empty(k)
+    for c in range(right.shape[1]):
+        x[:n], end[:] = right[:n, c], right[n:, c]
+        solve_arrow(factors, rows, last, x, end)
+        if refined:
+            multiply_arrow(band, border, corner, x, end, rest, over)
+            for i in range(n):
+                rest[i] = right[i, c] - rest[i]
+            for r in range(k):
+                over[r] = right[n + r, c] - over[r]
+            solve_arrow(factors, rows, last, rest, over)
+            for i in range(n):
+                x[i] += rest[i]
+            for r in range(k):
+                end[r] += over[r]
+        out[:n, c], out[n:, c] = x[:n], end
+    return out
 
 
 class Arrow:
