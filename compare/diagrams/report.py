@@ -95,7 +95,7 @@ def words(found: Diagrams) -> list[str]:
         "Why: just after its first snap a lightly damped ribbon carries more energy than the pass to U-, and "
         "rattles; whether it crosses depends on its phase, which a change of rate or damping by a few "
         "percent turns by whole periods. A published diagram with one run a cell shows one draw of these, "
-        "and an integrator with damping of its own loads the dice.",
+        "and numerical damping of the integrator changes the shares.",
     ]
     text += [
         f"{show.label(diagram)}: no line of {name} ({why})."

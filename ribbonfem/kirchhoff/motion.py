@@ -123,8 +123,8 @@ def simulate(
     tolerance: of the adaptive step, the local error of positions in L, made smaller while the
         ribbon creeps (down to 0.01 of it); 3e-5 if neither is given,
         which leaves 2e-6 rad in a snap's angle in the median of drawn scenes and 7e-5 at most, where the
-        mesh leaves 1e-7 (`pytest -m slow -s -n 0 tests/test_defaults.py`).  A step that gains a thousandth
-        of the energy from nowhere is halved too.
+        mesh leaves 1e-7 (`pytest -m slow -s -n 0 tests/test_defaults.py`).  A step in which the energy grows
+        by a thousandth more than the work done is halved too.
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     gyroscopic: whether the spin about the tangent turns with it, d(J theta' t)/dt; False is the
         balance of the rods and of the paper.
