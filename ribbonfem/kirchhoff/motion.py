@@ -34,7 +34,7 @@ from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.ends import held, moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
-from ribbonfem.options import checked, require_duration
+from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
@@ -173,18 +173,7 @@ def simulate(
         # a snap is asked for: what is one is said by the states at rest
         since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
-    policy = {
-        "elements": elements,
-        "extensible": extensible,
-        "method": method,
-        "step": step,
-        "tolerance": control.tolerance,
-        "spectral_radius": spectral_radius,
-        "gyroscopic": gyroscopic,
-        "every": every,
-        "configurations": configurations,
-        "until": until,
-    }
+    policy = options_given(tolerance=control.tolerance)
     return integrate(problem, start, scene, control, ramp, policy, configurations, first)
 
 
