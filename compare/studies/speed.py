@@ -1,4 +1,4 @@
-"""How fast is the rod's time loop, where does its time go, and what does a snap cost at an equal error?"""
+"""How fast is the rod's time loop, and where does its time go?"""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from compare.diagrams.diagram import MOST_SAMPLES, SAMPLES
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.delays import DAMPINGS, require_ranges
-from compare.reproduction.maps import NAMED_SELECTION, NAMED_SKIPPING
+from compare.reproduction.rate_damping import NAMED_SELECTION, NAMED_SKIPPING
 from compare.sweep import Sweep
 from ribbonfem.options import whole_number, within
 
