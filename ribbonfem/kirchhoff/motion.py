@@ -380,20 +380,13 @@ def integrate(
     """
     rod = discretised(problem, scene, policy.get("gyroscopic", False))
     scheme = control.method.as_scheme()
-
-    def resting() -> arrays.Motion:
-        return initials.at_rest(problem, start, rod.retardation > 0.0)
-
-    begin = first or resting
+    begin = first or (lambda: initials.at_rest(problem, start, rod.retardation > 0.0))
     if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(loop_of(scheme))
-        short = held(scene, start.at, 1e-6)
-        Loop(rod, scheme, begin(), False, problem.arclength).go(
-            ramp._replace(ends=short, end=1e-6, fixed=1e-6)
-        )
-    every = policy.get("every")
-    run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
+        short = ramp._replace(ends=held(scene, start.at, 1e-6), end=1e-6, fixed=1e-6)
+        Loop(rod, scheme, begin(), False, problem.arclength).go(short)
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength, policy.get("every"))
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
