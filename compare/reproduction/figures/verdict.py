@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from inspect import signature
 from typing import Any
 
-from .result import Figures, given
+from .result import Figures, of_parts
 
 YES, CORRECTED, OPEN, NO, NOT_ASKED = (
     "confirmed",
@@ -50,7 +49,7 @@ class Claim:
     figure: whose numbers decide, as "fig3".
     where: in the paper.
     says: what it says.
-    judge: gives the verdict, of the part of the result that its first parameter names, and of `more`.
+    judge: gives the verdict, of the parts of the result that its first parameters name, and of `more`.
     """
 
     figure: str
@@ -68,8 +67,7 @@ class Claim:
         """The verdict of a result."""
         if self.figure not in found.asked:
             return Verdict(NOT_ASKED, "")
-        (part, *_) = signature(self.judge).parameters
-        return self.judge(given(getattr(found, part)), *self.more)
+        return of_parts(self.judge, found, *self.more)
 
 
 def percent(value: float) -> str:
