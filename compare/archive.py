@@ -36,6 +36,9 @@ _MOVED = (
     ("compare.chooser.climb", "compare.chooser.refinement"),
     ("compare.face.curve", "ribbonfem.output.curve"),
     ("ribbonfem.values", "ribbonfem.frozen"),
+    ("compare.studies.stability.confirmations", "compare.studies.stability.judging"),
+    ("compare.studies.speed.study", "compare.studies.speed"),
+    ("compare.studies.calibrate.study", "compare.studies.calibrate"),
 )
 # fields by their names of the version before
 _RENAMED = {"angle": "control"}

@@ -9,7 +9,7 @@ import numpy as np
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
 from ribbonfem.ends import held
-from ribbonfem.options import checked, choice, local_error
+from ribbonfem.options import checked, choice, local_error, options_given
 from ribbonfem.results import History, SolverError, told
 from ribbonfem.scene import Scene
 
@@ -67,16 +67,7 @@ def escape(
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     stats = {"seconds": clock_time.perf_counter() - begin}
-    given = {
-        "fold": fold,
-        "amplitude": amplitude,
-        "nodes": nodes,
-        "clamp": clamp,
-        "tolerance": local,
-        "configurations": configurations,
-        "until": until,
-    }
-    history = run.history(scene, given, stats)
+    history = run.history(scene, options_given(tolerance=local), stats)
     if status != kernels.DONE:
         raise SolverError(
             f"the escape from {told(scene, angle)} on {nodes} nodes did not reach its end", history

@@ -6,7 +6,7 @@ from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, instability_of, span_of, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, normal_form
-from ribbonfem.options import checked
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability
 from ribbonfem.scene import Scene
 
@@ -39,7 +39,7 @@ def folds(
     """
     problem = Statics(Rod(scene, nodes, clamp))
     found = met_folds(scene, nodes, clamp, steps)
-    of = {"model": "der", "scene": scene, "policy": {"nodes": nodes, "clamp": clamp}}
+    of = {"model": "der", "scene": scene, "policy": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
@@ -54,7 +54,7 @@ def instabilities(
     """
     rod = Rod(scene, nodes, clamp)
     problem, found = Statics(rod), met_events(scene, nodes, clamp, steps)
-    of = {"model": "der", "policy": {"nodes": nodes, "clamp": clamp}}
+    of = {"model": "der", "policy": options_given()}
     exact = default_steps(rod, steps)
     return tuple(instability_of(problem, event, scene, exact, of) for event in found)
 
@@ -101,8 +101,7 @@ def equilibria(
     problem = Statics(rod)
     span = span or span_of(scene)
     curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable, scene.begin)
-    policy = {"nodes": nodes, "clamp": clamp, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy, "der", problem.arclength)
+    return curve.as_branch(scene, options_given(span=span), "der", problem.arclength)
 
 
 @checked

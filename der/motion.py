@@ -25,7 +25,7 @@ import numpy as np
 from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
-from ribbonfem.options import OptionError, checked, choice, require_duration, within
+from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
 from ribbonfem.results import History, RestState, SolverError, told
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
@@ -155,18 +155,7 @@ def simulate(
         _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
-    given = {
-        "nodes": nodes,
-        "clamp": clamp,
-        "method": method,
-        "step": fixed,
-        "tolerance": local if fixed is None else None,
-        "spectral_radius": spectral_radius,
-        "newton_tolerance": newton,
-        "every": every,
-        "configurations": configurations,
-        "until": until,
-    }
+    given = options_given(tolerance=local if fixed is None else None, newton_tolerance=newton)
     if policy.method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(policy.method)

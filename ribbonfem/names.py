@@ -1,4 +1,8 @@
-"""What a package shows of itself: its public names, also where a name is asked for that there is not."""
+"""What a package shows of itself: its public names, also where a name is asked for that there is not.
+
+lazy_loader 0.6 would do 5 of these 42 lines (its import takes 2 ms): it shows nothing of another package, as
+`compare.read_scene` is, and tells no near name.
+"""
 
 from __future__ import annotations
 

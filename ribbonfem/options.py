@@ -11,6 +11,7 @@ import inspect
 import math
 import os
 from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from functools import wraps
 from numbers import Integral
 from typing import Any, NoReturn, ParamSpec, TypeVar
@@ -143,8 +144,22 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
 }
 
 
+# options of the checked function that is being called
+_given: ContextVar[dict[str, Any]] = ContextVar("given")
+# what is no option of a model but a start, or how a curve is followed
+_NO_OPTIONS = ("initial", "steps")
+
+
+def options_given(**settled: Any) -> dict[str, Any]:
+    """The options with which the `checked` function that asks was called, defaults among them, in its order.
+
+    `settled`: values of those that the call left open.
+    """
+    return {**_given.get(), **settled}
+
+
 def checked(function: Callable[P, T]) -> Callable[P, T]:
-    """Check what a function of a model is called with, by `CHECKS`."""
+    """Check what a function of a model is called with, by `CHECKS`; see `options_given` too."""
     return _checked(function, CHECKS)
 
 
@@ -157,6 +172,11 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
     signature = inspect.signature(function)
     taken = tuple(signature.parameters)
     checks = {name: known[name] for name in taken if name in known}
+    defaults = {
+        name: parameter.default
+        for name, parameter in signature.parameters.items()
+        if parameter.kind is parameter.KEYWORD_ONLY and name not in _NO_OPTIONS
+    }
     what = f"{function.__module__.removesuffix('.functions').removesuffix('.motion')}.{function.__name__}"
 
     @wraps(function)
@@ -173,7 +193,11 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
         for name, value in given.arguments.items():
             if name in checks:
                 given.arguments[name] = checks[name](name, value)
-        return function(*given.args, **given.kwargs)
+        token = _given.set({name: given.arguments.get(name, usual) for name, usual in defaults.items()})
+        try:
+            return function(*given.args, **given.kwargs)
+        finally:
+            _given.reset(token)
 
     return call
 

@@ -10,14 +10,14 @@ from compare.external import pyelastica as peer_pyelastica
 from compare.report.registry import publish
 from compare.studies.peers import attempts as peers
 from compare.studies.peers import study as question
+from compare.studies.study import here
 from ribbonfem import Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.closed_form import euler
 
 
 def _run(error, seconds, mesh=10, step="0.01 s", note=""):
-    return peers.Attempt(
-        "code", f"{mesh} quadratic", step, lambda: (error, seconds), error, seconds, note=note
-    )
+    known = {"error": error, "seconds": seconds, "note": note}
+    return peers.Attempt("code", f"{mesh} quadratic", step, lambda: (error, seconds), **known)
 
 
 def test_cheapest_is_the_quickest_of_the_good():
@@ -44,9 +44,9 @@ def test_alternate_takes_ratios_within_a_round():
         peers.Attempt("a", "", "", lambda: (0.0, next(slow))),
         peers.Attempt("b", "", "", lambda: (0.0, next(slower))),
     ]
-    peers.alternate(runs, 3)
-    assert runs[0].ratio == (1.0, 1.0, 1.0)
-    assert runs[1].ratio == (3.0, 3.0, 4.0)
+    peers.alternate(runs, 3, here(None))
+    assert runs[0].timing.ratio == (1.0, 1.0, 1.0)
+    assert runs[1].timing.ratio == (3.0, 3.0, 4.0)
 
 
 def test_a_failure_is_a_row():
@@ -54,9 +54,9 @@ def test_a_failure_is_a_row():
         raise SolverError("it stopped\nfor some reason")
 
     run = peers.Attempt("code", "10 elements", "0.1 s", go)
-    assert run.once() is None
-    assert run.timing().row()[-1] == "it stopped"
-    assert not run.timing().done
+    run.once()
+    assert run.timing.note == "it stopped"
+    assert not run.timing.done
 
 
 def test_closed_form_shape_is_the_elastica():

@@ -6,8 +6,8 @@ import pytest
 import der
 from compare.studies.stability import hard_cases, hard_statics
 from compare.studies.stability import judging as stability
-from compare.studies.stability.confirmations import CONFIRMED
 from compare.studies.stability.hard_cases import CASES, KNOWN, OWN, Hard
+from compare.studies.stability.judging import CONFIRMED
 from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff, quasilinear
 from ribbonfem.results import Branch, Fold
 
@@ -268,7 +268,7 @@ def test_scenes_at_rest_are_judged():
     # met on the way and not foreseen: an error, though no refusal
     assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.RAISED
     assert "branch point" in verdicts[hard_cases.RODS, "folds"].note
-    assert verdicts[hard_cases.ELASTICA, "folds"].status == hard_statics.GOOD
+    assert verdicts[hard_cases.ELASTICA, "folds"].status == hard_statics.SOUND
     assert verdicts[hard_cases.ELASTICA, "folds"].error < 1e-7
 
 
@@ -296,7 +296,7 @@ def test_a_curve_that_jumps_is_told_from_one_that_does_not():
 def test_a_default_mesh_that_is_off_at_rest_is_called_coarse():
     folds = (Fold(0.52, 0.1, 1.0),)
     for wanted, allowed, status in (
-        (0.5201, 1e-3, hard_statics.GOOD),
+        (0.5201, 1e-3, hard_statics.SOUND),
         (0.50, 0.04, hard_statics.COARSE),
         (0.50, 0.01, hard_statics.WRONG),
     ):

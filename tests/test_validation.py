@@ -31,7 +31,7 @@ from ribbonfem import (
     quasilinear,
 )
 from ribbonfem.continuation import Steps
-from ribbonfem.options import KeywordError
+from ribbonfem.options import KeywordError, checked, options_given
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=0.1)
 PATH_1 = Scene(compression=0.4, shear=0.37, start="U+S-", rate=1.0, stop=0.1)
@@ -338,3 +338,32 @@ def numbers_of_questions():
 def test_a_question_refuses_a_number_before_anything_runs(name, keyword, value):
     with pytest.raises(ValueError, match=r"= \(?-1"):
         named(name).main(**{keyword: value}, sweep=Sweep(processes=1))
+
+
+def test_a_call_tells_its_options_as_its_signature_has_them():
+    @checked
+    def inner(scene, *, tolerance=None, initial=None):
+        return options_given()
+
+    @checked
+    def outer(scene, *, elements=8, step=None, tolerance=None, steps=None):
+        with pytest.raises(OptionError):
+            inner(scene, tolerance=-1.0)
+        return inner(scene), options_given(tolerance=1e-3)
+
+    scene = Scene(stop=0.5)
+    first, second = outer(scene, step=2, elements=4)
+    assert first == {"tolerance": None}
+    assert list(second.items()) == [("elements", 4), ("step", 2.0), ("tolerance", 1e-3)]
+
+
+@pytest.mark.parametrize("model", [quasilinear, elastica, kirchhoff, der])
+@pytest.mark.parametrize("function", ["equilibria", "simulate", "escape"])
+def test_results_carry_every_option_that_there_is(model, function):
+    planar = Scene(compression=0.40, shear=0.0, start="U+", rate=10.0, stop=0.1)
+    mesh = {"nodes": 21} if model is der else {"elements": 4}
+    call = getattr(model, function)
+    found = call(planar, **mesh, **({"until": "snap"} if function == "escape" else {}))
+    names = [name for name in inspect.signature(call).parameters if name not in ("scene", "initial", "steps")]
+    assert list(found.policy) == names
+    assert found.policy.items() >= mesh.items()

@@ -30,11 +30,11 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, RegularGridInterpolator
 
 from ribbonfem import Scene
 from ribbonfem.delay import NormalForm, universal
-from ribbonfem.results import Array
 
 FILE = "cost_laws.json"
 
@@ -265,6 +265,6 @@ def shipped() -> Laws:
     return Laws(json.loads(resources.files("compare.chooser").joinpath(FILE).read_text(encoding="utf-8")))
 
 
-def rounded(values: Array, digits: int) -> Any:
-    """An array as nested lists of numbers with a few significant digits."""
+def rounded(values: ArrayLike, digits: int) -> Any:
+    """A number, or an array as nested lists of numbers, with a few significant digits."""
     return np.vectorize(lambda v: float(f"{v:.{digits}g}"))(values).tolist()

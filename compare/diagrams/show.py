@@ -12,7 +12,7 @@ import numpy as np
 from compare.models import MESH
 from compare.report.section import Table
 from ribbonfem.frozen import html_table
-from ribbonfem.output.style import drawn, figure
+from ribbonfem.output.style import drawn, figure, panels
 from ribbonfem.output.tables import library
 
 from .predictions import TYPE_1, TYPE_2
@@ -253,20 +253,15 @@ def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
 
 def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) -> Any:
     """All diagrams, a panel each."""
-    columns = min(3, len(diagrams))
-    rows = -(-len(diagrams) // columns)
-    fig, grid = figure(columns, rows, width=3.7, height=3.3)
-    panels = np.atleast_1d(grid).ravel()
-    for axes, diagram in zip(panels, diagrams, strict=False):
+    fig, grid = panels(len(diagrams), 3, width=3.7, height=3.3)
+    for axes, diagram in zip(grid, diagrams, strict=True):
         draw_panel(axes, diagram, named.get(diagram.scene.compression, ()))
         axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
-    for axes in panels[len(diagrams) :]:
-        axes.set_visible(False)
     handles = _handles(diagrams, any(named.get(d.scene.compression) for d in diagrams))
     fig.legend(
         handles=handles,
         loc="outside lower center",
-        ncols=min((2, 3, 5)[columns - 1], len(handles)),
+        ncols=min((2, 3, 5)[min(3, len(diagrams)) - 1], len(handles)),
         fontsize=7.5,
     )
     return fig

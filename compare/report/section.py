@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 # letters from which a cell holds a sentence
 _SENTENCE = 44
+
+# heading, format, and what stands there of a record: an attribute, a key, or a function of the record
+Column = tuple[str, str, str | Callable[[Any], Any]]
+
+
+def _value(record: Any, of: str | Callable[[Any], Any]) -> Any:
+    if not isinstance(of, str):
+        return of(record)
+    return record[of] if isinstance(record, Mapping) else getattr(record, of)
 
 
 @dataclass(frozen=True)
@@ -19,6 +28,12 @@ class Table:
     rows: Sequence[Sequence[Any]]
     formats: Sequence[str]
     note: str = ""
+
+    @classmethod
+    def of(cls, title: str, records: Iterable[Any], columns: Sequence[Column], note: str = "") -> Table:
+        """A row a record."""
+        rows = [[_value(record, of) for *_, of in columns] for record in records]
+        return cls(title, [name for name, *_ in columns], rows, [spec for _, spec, _ in columns], note)
 
     def cells(self) -> list[list[str]]:
         """The rows as text; a missing number is a dash."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
@@ -15,13 +16,14 @@ from compare.chooser.references import reference, rod
 from compare.chooser.strategies import Answer
 from compare.chooser.trials import random_scene
 from compare.models import warm_up
+from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError
 from ribbonfem.options import positive, refuse, whole_number
 from ribbonfem.output.style import figure
 
-from ..report.registry import Command
+from .study import Study
 
 # a reference this much finer than the tolerance can judge
 _JUDGE = 0.34
@@ -130,10 +132,6 @@ def _judge(arguments: tuple[Scene, tuple[float, ...]]) -> tuple[SceneVerdict, ..
     return judge(*arguments)
 
 
-def _of(verdicts: Sequence[SceneVerdict], tolerance: float, kind: str) -> list[SceneVerdict]:
-    return [v for v in verdicts if v.tolerance == tolerance and kind in (v.kind, "all")]
-
-
 _COLUMNS = (
     *("tolerance", "scenes", "drawn", "judged", "met", "falsely_met", "covered", "called_sensitive"),
     *("error_over_claimed", "largest", "seconds", "time_ratio", "always_met"),
@@ -142,7 +140,7 @@ _COLUMNS = (
 
 def _summary(verdicts: Sequence[SceneVerdict], tolerance: float, kind: str) -> list[Any]:
     """A row of the table of kept words."""
-    group = _of(verdicts, tolerance, kind)
+    group = [v for v in verdicts if v.tolerance == tolerance and kind in (v.kind, "all")]
     judged = [v for v in group if v.verdict != "sensitive"]
     share = [v.error / v.claimed for v in judged if v.error is not None and 0.0 < v.claimed < math.inf]
     return [
@@ -219,14 +217,15 @@ class Choices:
     verdicts: tuple[SceneVerdict, ...]
 
     @property
+    def summary(self) -> list[list[Any]]:
+        """A row of `_COLUMNS` for each tolerance and kind of scene."""
+        kinds = itertools.product(self.tolerances, ("all", "planar", "ribbon"))
+        return [_summary(self.verdicts, tolerance, kind) for tolerance, kind in kinds]
+
+    @property
     def judged(self) -> list[SceneVerdict]:
         """Those that the reference settles."""
         return [v for v in self.verdicts if v.verdict != "sensitive"]
-
-    @property
-    def unsettled(self) -> list[SceneVerdict]:
-        """Those that it does not."""
-        return [v for v in self.verdicts if v.verdict == "sensitive"]
 
 
 def main(
@@ -248,15 +247,14 @@ def main(
     if not tolerances:
         refuse("tolerances", tolerances, "must hold at least one")
     wanted = tuple(positive("tolerances", tolerance, 1.0) for tolerance in tolerances)
-    sweep = sweep or Sweep()
-    drawn = [(scene, wanted) for scene in draw(scenes, seed)]
-    found = sweep("scenes", _judge, drawn, prepare=warm_up)
-    return Choices(seed, wanted, tuple(verdict for verdicts in found for verdict in verdicts))
+    study = Study("scenes", _judge, draw(scenes, seed), [wanted], prepare=warm_up)
+    verdicts = [verdict for each in study.found(sweep or Sweep()) for verdict in each]
+    return Choices(seed, wanted, tuple(verdicts))
 
 
 def words(found: Choices) -> list[str]:
     """How many tolerances were kept, and how far the references and their witnesses agree."""
-    judged, unsettled = found.judged, found.unsettled
+    judged = found.judged
     met, missed = (sum(v.verdict == word for v in judged) for word in ("met", "missed"))
     covered, called = sum(v.covered for v in judged), sum(v.flagged for v in judged)
     count = max(1, len(judged))
@@ -264,9 +262,9 @@ def words(found: Choices) -> list[str]:
     return [
         f"{len(found.verdicts) // len(found.tolerances)} scenes (seed {found.seed}), "
         f"{len(found.tolerances)} tolerances each: {len(judged)} answers that the reference settles to a "
-        f"third of the tolerance, and {len(unsettled)} that it does not. Of the first {met} meet it "
-        f"({met / count:.1%}), {missed} say so falsely, in {covered} the claimed error covers the true one "
-        f"({covered / count:.1%}), and {called} are called sensitive.",
+        f"third of the tolerance, and {len(found.verdicts) - len(judged)} that it does not. Of the first "
+        f"{met} meet it ({met / count:.1%}), {missed} say so falsely, in {covered} the claimed error covers "
+        f"the true one ({covered / count:.1%}), and {called} are called sensitive.",
         f"References are wrong by {np.median(doubts):.1e} rad in the median, {max(doubts):.1e} at most, by a "
         "coarser run and a model that shares no mechanics with them."
         if doubts
@@ -276,17 +274,12 @@ def words(found: Choices) -> list[str]:
 
 def tables(found: Choices) -> list[Table]:
     """Kept tolerances and saved time, what was chosen, and the remarkable scenes."""
-    remarkable = [v for v in found.verdicts if v.verdict != "met" or not v.covered or v.flagged]
     return [
         Table(
             "Kept tolerances, covered errors and saved time",
             ["tolerance", "scenes", "drawn", "judged", "met", "falsely met", "covered", "called sensitive"]
             + ["error / claimed, median", "largest", "median CPU s", "time ratio", "N = 101 meets it"],
-            [
-                _summary(found.verdicts, tolerance, kind)
-                for tolerance in found.tolerances
-                for kind in ("all", "planar", "ribbon")
-            ],
+            found.summary,
             ["g", "s", "d", "d", "d", "d", "d", "d", ".2g", ".2g", ".3g", ".3g", "d"],
             "Judged: those that the reference settles. Falsely met: outside of it, without saying so. "
             "Covered: the true error is within the one claimed. Time ratio: CPU of a rod of 101 nodes "
@@ -299,17 +292,19 @@ def tables(found: Choices) -> list[Table]:
             _by_model(found.verdicts),
             ["s", "s", "d", "d", ".4f", ".2g"],
         ),
-        Table(
+        Table.of(
             "Answers that were not met, not covered, or called sensitive",
-            ["(dL, dW), start", "h", "rate", "nu", "tolerance", "model", "verdict", "covered", "flagged"]
-            + ["error", "claimed", "reference's doubt"],
+            [v for v in found.verdicts if v.verdict != "met" or not v.covered or v.flagged],
             [
-                [f"({v.compression:.3f}, {v.shear:.3f}) {v.start}", v.thickness, v.rate, v.damping]
-                + [v.tolerance, v.model, WORDS[v.verdict]]
-                + ["yes" if v.covered else "no", "yes" if v.flagged else "no", v.error, v.claimed, v.doubt]
-                for v in remarkable
+                ("(dL, dW), start", "s", lambda v: f"({v.compression:.3f}, {v.shear:.3f}) {v.start}"),
+                *(("h", ".2g", "thickness"), ("rate", ".1e", "rate"), ("nu", ".1e", "damping")),
+                *(("tolerance", ".1e", "tolerance"), ("model", "s", "model")),
+                ("verdict", "s", lambda v: WORDS[v.verdict]),
+                ("covered", "s", lambda v: "yes" if v.covered else "no"),
+                ("flagged", "s", lambda v: "yes" if v.flagged else "no"),
+                *(("error", ".1e", "error"), ("claimed", ".1e", "claimed")),
+                ("reference's doubt", ".1e", "doubt"),
             ],
-            ["s", ".2g", ".1e", ".1e", ".1e", "s", "s", "s", "s", ".1e", ".1e", ".1e"],
         ),
     ]
 
@@ -325,11 +320,7 @@ def values(found: Choices) -> dict[str, Any]:
     return {
         "seed": found.seed,
         "tolerances": found.tolerances,
-        "summary": [
-            dict(zip(_COLUMNS, _summary(found.verdicts, tolerance, kind), strict=True))
-            for tolerance in found.tolerances
-            for kind in ("all", "planar", "ribbon")
-        ],
+        "summary": [dict(zip(_COLUMNS, row, strict=True)) for row in found.summary],
         "scenes": [asdict(v) for v in found.verdicts],
     }
 

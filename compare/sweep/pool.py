@@ -1,4 +1,9 @@
-"""Worker processes that end with their parent and need no main guard in the script that starts them."""
+"""Worker processes that end with their parent and need no main guard in the script that starts them.
+
+loky 3.7 passes the same tests in 30 lines fewer, if its workers too watch their parent; two of its
+workers are 4 processes and 106 MB, of these 3 and 84, and a killed parent leaves a warning of semaphores.
+joblib is made of it, takes 0.33 s of the processor to import, and is no executor.
+"""
 
 from __future__ import annotations
 

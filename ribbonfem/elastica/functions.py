@@ -17,7 +17,7 @@ from ribbonfem.continuation.curves import (
     whole_curve,
 )
 from ribbonfem.delay import NormalForm, normal_form, scene_departure
-from ribbonfem.options import checked
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, History, Instability
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
@@ -110,7 +110,7 @@ def folds(
     """
     problem = _problem(scene, elements, extensible)
     found = _folds(problem, scene, steps)
-    of = {"model": "elastica", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    of = {"model": "elastica", "scene": scene, "policy": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
 
@@ -124,8 +124,7 @@ def instabilities(
     `folds`.
     """
     problem = _problem(scene, elements, extensible)
-    of: dict[str, Any] = {"model": "elastica"}
-    of["policy"] = {"elements": elements, "extensible": extensible}
+    of: dict[str, Any] = {"model": "elastica", "policy": options_given()}
     found = ramp_events(problem, problem.start(), scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in found]
     control = sideways.lost_at(problem, scene)
@@ -196,8 +195,7 @@ def equilibria(
     problem = _problem(scene, elements, extensible)
     span = span or span_of(scene)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
-    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
-    return curve.as_branch(scene, policy, "elastica", problem.arclength)
+    return curve.as_branch(scene, options_given(span=span), "elastica", problem.arclength)
 
 
 def _integrated(
@@ -267,16 +265,7 @@ def simulate(
     scene.require_stop()
     state, _ = equilibrium(problem, problem.start(), 0.0)
     moved = _integrated(problem, state, scene, control, every=every)
-    policy = {
-        "elements": elements,
-        "extensible": extensible,
-        "method": method,
-        "step": step,
-        "tolerance": control.tolerance,
-        "spectral_radius": spectral_radius,
-        "every": every,
-        "until": until,
-    }
+    policy = options_given(tolerance=control.tolerance)
     return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
 
 
@@ -315,12 +304,4 @@ def escape(
     # the right clamp, to the last digit
     velocity[-1] = 0.0
     moved = _integrated(problem, found.state, scene, control, Held(found.form.angle, velocity, duration))
-    policy = {
-        "fold": fold,
-        "amplitude": amplitude,
-        "elements": elements,
-        "extensible": extensible,
-        "tolerance": tolerance,
-        "until": until,
-    }
-    return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
+    return moved.as_history(scene, options_given(), model="elastica", arclength=problem.arclength)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ribbonfem.delay import Departure, scene_departure
 from ribbonfem.ends import held
-from ribbonfem.options import checked
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
@@ -51,22 +51,13 @@ def escape(
     found, duration = scene_departure(problem, start, scene, fold, amplitude)
     ends = held(scene, found.form.angle, duration / problem.unit)
     ramp = ramp_of(scene, control, ends=ends)
-    policy = {
-        "fold": fold,
-        "amplitude": amplitude,
-        "elements": elements,
-        "extensible": extensible,
-        "tolerance": tolerance,
-        "configurations": configurations,
-        "until": until,
-    }
     return integrate(
         problem,
         found.state,
         scene,
         control,
         ramp,
-        policy,
+        options_given(),
         configurations,
         lambda: _moving(problem, found, scene),
     )

@@ -26,7 +26,7 @@ from ribbonfem.continuation.curves import (
     whole_curve,
 )
 from ribbonfem.delay import NormalForm, ramp_normal_forms
-from ribbonfem.options import checked
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability, RestState, SolverError
 from ribbonfem.scene import Ribbon, Scene, SceneError
 
@@ -104,7 +104,7 @@ def folds(
     [0.160733, 0.44588463]
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    of = {"model": "kirchhoff", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
+    of = {"model": "kirchhoff", "scene": scene, "policy": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
 
 
@@ -124,7 +124,7 @@ def instabilities(
     (Instability(subcritical pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.199191579 L),)
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    of = {"model": "kirchhoff", "policy": {"elements": elements, "extensible": extensible}}
+    of = {"model": "kirchhoff", "policy": options_given()}
     found = ramp_events(problem, start, scene, steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in found)
 
@@ -184,9 +184,8 @@ def equilibria(
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     span = span or span_of(scene)
-    policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
     curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable, scene.begin)
-    return curve.as_branch(scene, policy, "kirchhoff", problem.arclength)
+    return curve.as_branch(scene, options_given(span=span), "kirchhoff", problem.arclength)
 
 
 @checked

@@ -34,7 +34,7 @@ from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.ends import held, moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
-from ribbonfem.options import checked, require_duration
+from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows
@@ -173,18 +173,7 @@ def simulate(
         # a snap is asked for: what is one is said by the states at rest
         since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
-    policy = {
-        "elements": elements,
-        "extensible": extensible,
-        "method": method,
-        "step": step,
-        "tolerance": control.tolerance,
-        "spectral_radius": spectral_radius,
-        "gyroscopic": gyroscopic,
-        "every": every,
-        "configurations": configurations,
-        "until": until,
-    }
+    policy = options_given(tolerance=control.tolerance)
     return integrate(problem, start, scene, control, ramp, policy, configurations, first)
 
 
@@ -391,20 +380,13 @@ def integrate(
     """
     rod = discretised(problem, scene, policy.get("gyroscopic", False))
     scheme = control.method.as_scheme()
-
-    def resting() -> arrays.Motion:
-        return initials.at_rest(problem, start, rod.retardation > 0.0)
-
-    begin = first or resting
+    begin = first or (lambda: initials.at_rest(problem, start, rod.retardation > 0.0))
     if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(loop_of(scheme))
-        short = held(scene, start.at, 1e-6)
-        Loop(rod, scheme, begin(), False, problem.arclength).go(
-            ramp._replace(ends=short, end=1e-6, fixed=1e-6)
-        )
-    every = policy.get("every")
-    run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
+        short = ramp._replace(ends=held(scene, start.at, 1e-6), end=1e-6, fixed=1e-6)
+        Loop(rod, scheme, begin(), False, problem.arclength).go(short)
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength, policy.get("every"))
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

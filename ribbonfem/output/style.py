@@ -72,6 +72,16 @@ def figure(columns: int, rows: int = 1, width: float = 4.4, height: float = 3.6)
         return fig, fig.subplots(rows, columns)
 
 
+def panels(count: int, columns: int, width: float, height: float) -> tuple[Any, list[Any]]:
+    """A new figure with this many axes in rows of `columns` at most; the rest of the last row is empty."""
+    columns = min(columns, count)
+    fig, grid = figure(columns, -(-count // columns), width, height)
+    axes = list(np.atleast_1d(grid).flat)
+    for left in axes[count:]:
+        left.set_visible(False)
+    return fig, axes[:count]
+
+
 def _new_axes(projection: str | None) -> Any:
     """Axes of a figure on the user's backend; where that is not to be had, of one that can be saved."""
     size = (4.4, 3.6)

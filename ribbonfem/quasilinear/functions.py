@@ -14,7 +14,7 @@ from ribbonfem.closed_form import (
 from ribbonfem.continuation import Steps
 from ribbonfem.continuation.curves import as_fold, ramp_folds, span_of, whole_curve
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
-from ribbonfem.options import checked
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
@@ -124,7 +124,7 @@ def equilibria(
     span = span or span_of(scene)
     curve = whole_curve(problem, problem.start(), span, steps, unstable)
     return curve.as_branch(
-        scene, {**problem.policy, "span": span, "unstable": unstable}, "quasilinear", problem.arclength
+        scene, options_given(**problem.policy, span=span), "quasilinear", problem.arclength
     )
 
 
@@ -195,15 +195,7 @@ def simulate(
     problem = Statics(scene, elements, degree)
     scene.require_stop()
     moved = _integrated(problem, problem.start(), scene, control, every=every)
-    policy = {
-        **problem.policy,
-        "method": method,
-        "step": step,
-        "tolerance": control.tolerance,
-        "spectral_radius": spectral_radius,
-        "every": every,
-        "until": until,
-    }
+    policy = options_given(**problem.policy, tolerance=control.tolerance)
     return moved.as_history(
         scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
     )
@@ -243,13 +235,7 @@ def escape(
     moved = _integrated(
         problem, found.state, scene, control, Held(found.form.angle, found.velocity[:-1], duration)
     )
-    policy = {
-        "fold": fold,
-        "amplitude": amplitude,
-        **problem.policy,
-        "tolerance": tolerance,
-        "until": until,
-    }
+    policy = options_given(**problem.policy)
     return moved.as_history(
         scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
     )

@@ -13,8 +13,7 @@ from compare.reproduction.paths import Swept
 from ribbonfem import Ribbon
 from ribbonfem.results import Array, RestState
 
-from .at_rest import NODES, PlanarFold
-from .result import Figures
+from .at_rest import NODES, Phases, Planar, PlanarFold, Ribbons, States
 from .verdict import NO, OPEN, Claim, Verdict, judged, percent
 
 # the paper's numbers, and half a unit of their last digit
@@ -22,11 +21,10 @@ PAPER_FOLD = (7.5864, 1.7818, 0.3476)
 _ROUNDED = 5.001e-5
 
 
-def _closed_form(found: Figures) -> Verdict:
-    assert found.planar is not None
-    sigma, mu, height = found.planar.closed
+def _closed_form(planar: Planar) -> Verdict:
+    sigma, mu, height = planar.closed
     near = all(abs(abs(a) - b) < _ROUNDED for a, b in zip((sigma, mu, height), PAPER_FOLD, strict=True))
-    off = found.planar.beam[0] / sigma - 1.0
+    off = planar.beam[0] / sigma - 1.0
     # with alpha > 0 turning the tangent down, both have one sign at the fold met from U+
     same = (
         ""
@@ -36,27 +34,25 @@ def _closed_form(found: Figures) -> Verdict:
             "planar model counts the angle the other way"
         )
     )
-    return Verdict(
-        judged(near and abs(off) < 1e-5, same),
+    return judged(
+        near and abs(off) < 1e-5,
         f"sigma {sigma:.6f}, mu {mu:.6f}, Z {height:+.6f}",
         f"sigma of 64 elements off by {off:.0e}",
         same,
     )
 
 
-def _single(found: Figures) -> Verdict:
-    assert found.planar is not None
-    counts = [fold.count for fold in found.planar.folds]
-    return Verdict(
-        judged(set(counts) == {1}),
+def _single(planar: Planar) -> Verdict:
+    counts = [fold.count for fold in planar.folds]
+    return judged(
+        set(counts) == {1},
         f"{counts.count(1)} of {len(counts)} end-shortenings have one fold",
         "none: a count",
     )
 
 
-def _drawn(found: Figures) -> tuple[tuple[float, float, float], list[PlanarFold]]:
-    assert found.planar is not None
-    return found.planar.closed, [fold for fold in found.planar.folds if fold.compression in DRAWN]
+def _drawn(planar: Planar) -> tuple[tuple[float, float, float], list[PlanarFold]]:
+    return planar.closed, [fold for fold in planar.folds if fold.compression in DRAWN]
 
 
 def _doubt(folds: list[PlanarFold]) -> str:
@@ -64,25 +60,21 @@ def _doubt(folds: list[PlanarFold]) -> str:
     return f"rods and elements agree to {max(abs(f.rods[1] - f.stretched[1]) for f in folds):.0e} in mu"
 
 
-def _collapse(found: Figures) -> Verdict:
-    closed, folds = _drawn(found)
+def _collapse(planar: Planar) -> Verdict:
+    closed, folds = _drawn(planar)
     mu, height = (max(abs(fold.plain[k] / closed[k] - 1.0) for fold in folds) for k in (1, 2))
     correction = (
         ""
         if height < 0.03
         else (f"the angles of the folds collapse, the heights do not: Z is up to {100 * height:.0f} % off")
     )
-    return Verdict(
-        judged(mu < 0.01, correction),
-        f"mu within {100 * mu:.2f} %, Z within {100 * height:.1f} %",
-        _doubt(folds),
-        correction,
+    return judged(
+        mu < 0.01, f"mu within {100 * mu:.2f} %, Z within {100 * height:.1f} %", _doubt(folds), correction
     )
 
 
-def _small_slopes(found: Figures) -> Verdict:
-    assert found.planar is not None
-    closed, folds = found.planar.closed, sorted(found.planar.folds, key=lambda fold: fold.compression)
+def _small_slopes(planar: Planar) -> Verdict:
+    closed, folds = planar.closed, sorted(planar.folds, key=lambda fold: fold.compression)
     off = np.array([[fold.plain[k] / closed[k] - 1.0 for k in range(3)] for fold in folds])
     falling = [bool(np.all(np.diff(np.abs(off[:, k])) > 0.0)) for k in range(3)]
     tends = bool(np.all(np.abs(off[0]) < 0.02))
@@ -102,9 +94,7 @@ def _small_slopes(found: Figures) -> Verdict:
     said = ", ".join(
         f"{percent(value)} at {fold.compression:g}" for value, fold in zip(off[:, 1], folds, strict=True)
     )
-    return Verdict(
-        judged(falling[0] and falling[2] and tends, correction), f"mu: {said}", _doubt(folds), correction
-    )
+    return judged(falling[0] and falling[2] and tends, f"mu: {said}", _doubt(folds), correction)
 
 
 def _off_limit(swept: Swept) -> list[float]:
@@ -114,52 +104,30 @@ def _off_limit(swept: Swept) -> list[float]:
     return [of_folds(a, b, ratio).angle - c.angle for a, b, c in pairs]
 
 
-def _one_fold(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    one = found.ribbons.path_1
-    right = len(one.plain) == len(one.fine) == 1
-    text = ", ".join(f"{fold.angle:.7f}" for fold in one.plain)
-    correction = "the caption of Fig. 4 starts this path at U+S+: text and section 2 have U+S-, as here"
-    return Verdict(
-        judged(right, correction),
-        f"{len(one.plain)} fold, at {text} rad",
-        f"rods' limit off by {_off_limit(one)[0]:+.0e} rad (with EA)",
+def _count(ribbons: Ribbons, path: str, count: int, correction: str) -> Verdict:
+    its: Swept = getattr(ribbons, path)
+    text = ", ".join(f"{fold.angle:.7f}" for fold in its.plain)
+    off = _off_limit(its)
+    doubt = f"off by {off[0]:+.0e}" if count == 1 else f"within {max(map(abs, off)):.0e}"
+    return judged(
+        len(its.plain) == len(its.fine) == count,
+        f"{len(its.plain)} fold{'' if count == 1 else 's'}, at {text} rad",
+        f"rods' limit {doubt} rad (with EA)",
         correction,
     )
 
 
-def _two_folds(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    two = found.ribbons.path_2
-    right = len(two.plain) == len(two.fine) == 2
-    text = ", ".join(f"{fold.angle:.7f}" for fold in two.plain)
-    correction = "the caption of Fig. 4 has S+ and S- exchanged"
-    doubt = max(map(abs, _off_limit(two)))
-    return Verdict(
-        judged(right, correction),
-        f"{len(two.plain)} folds, at {text} rad",
-        f"rods' limit within {doubt:.0e} rad (with EA)",
-        correction,
-    )
-
-
-def _same_fold(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    one, two = found.ribbons.path_1, found.ribbons.path_2
+def _same_fold(ribbons: Ribbons) -> Verdict:
+    one, two = ribbons.path_1, ribbons.path_2
     if len(two.plain) < 2 or not one.plain:
         return Verdict(NO, "no second fold")
     off = two.plain[-1].angle - one.plain[-1].angle
-    return Verdict(
-        judged(abs(off) < 1e-7), f"{two.plain[-1].angle:.9f} rad on both", f"differ by {off:.0e} rad"
-    )
+    return judged(abs(off) < 1e-7, f"{two.plain[-1].angle:.9f} rad on both", f"differ by {off:.0e} rad")
 
 
-def _agree(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    off = [abs(value) for path in (found.ribbons.path_1, found.ribbons.path_2) for value in _off_limit(path)]
-    clamped = [
-        a / b.angle - 1.0 for a, b in zip(found.ribbons.two_node, found.ribbons.path_2.stretched, strict=True)
-    ]
+def _agree(ribbons: Ribbons) -> Verdict:
+    off = [abs(value) for path in (ribbons.path_1, ribbons.path_2) for value in _off_limit(path)]
+    clamped = [a / b.angle - 1.0 for a, b in zip(ribbons.two_node, ribbons.path_2.stretched, strict=True)]
     worst = max(clamped, key=abs)
     correction = (
         ""
@@ -170,60 +138,56 @@ def _agree(found: Figures) -> Verdict:
             "second"
         )
     )
-    return Verdict(
-        judged(max(off) < 1e-5, correction),
+    return judged(
+        max(off) < 1e-5,
         f"rods in their limit within {max(off):.0e} rad",
         f"of rods of {NODES[0]} and {NODES[1]} nodes, extrapolated",
         correction,
     )
 
 
-def _both_stable(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    two = found.ribbons.path_2
+def _both_stable(ribbons: Ribbons) -> Verdict:
+    two = ribbons.path_2
     if len(two.plain) < 2:
         return Verdict(NO, "no second fold")
     middle = 0.5 * (two.plain[0].angle + two.plain[1].angle)
     # U-S+ at alpha is the mirror image of U+S+ at -alpha
-    heights = [height for height, _ in stable_at(found.ribbons.paths.curve, middle)]
-    return Verdict(
-        judged(any(z > 0.0 for z in heights) and any(z < 0.0 for z in heights)),
+    heights = [height for height, _ in stable_at(ribbons.paths.curve, middle)]
+    return judged(
+        any(z > 0.0 for z in heights) and any(z < 0.0 for z in heights),
         f"at {middle:.3f} rad stable at z(1/2)/L = "
         + ", ".join(f"{z:+.3f}" for z in sorted(heights, reverse=True)),
         "none: counted on the curve",
     )
 
 
-def _right_clamp(found: Figures) -> Verdict:
-    assert found.ribbons is not None
-    seen = {turned.start: turned for turned in found.ribbons.turned}
+def _right_clamp(ribbons: Ribbons) -> Verdict:
+    seen = {turned.start: turned for turned in ribbons.turned}
     right = seen["U+S+"].shapes == ("U+S+", "U-S-") and seen["U+S-"].shapes == ("U+S-", "U+S+", "U-S-")
     correction = "section 2 gives these paths to the left end: they are the right end's, as section 5 says"
-    said = "; ".join(" to ".join(turned.shapes) for turned in found.ribbons.turned)
-    return Verdict(judged(right, correction), said, "none: names of shapes", correction)
+    said = "; ".join(" to ".join(turned.shapes) for turned in ribbons.turned)
+    return judged(right, said, "none: names of shapes", correction)
 
 
-def _dependence(found: Figures) -> Verdict:
-    assert found.swept is not None
+def _dependence(swept: dict[str, tuple[Swept, ...]]) -> Verdict:
     parts, right = [], True
-    for name, results in found.swept.items():
+    for name, results in swept.items():
         right &= all(len(its.plain) == len(its.fine) == 2 for its in results)
         for k in range(2):
             angles = [its.plain[k].angle for its in results if len(its.plain) > k]
             steps = np.diff(angles)
             way = "rises" if np.all(steps > 0.0) else "falls" if np.all(steps < 0.0) else "turns"
             parts.append(f"alpha_c{k + 1} {way} with {name}, {angles[0]:.4f} to {angles[-1]:.4f}")
-    off = max(abs(value) for results in found.swept.values() for its in results for value in _off_limit(its))
-    return Verdict(
-        judged(right and off < 1e-4), "; ".join(parts) + " rad", f"rods' limit within {off:.0e} rad (with EA)"
+    off = max(abs(value) for results in swept.values() for its in results for value in _off_limit(its))
+    return judged(
+        right and off < 1e-4, "; ".join(parts) + " rad", f"rods' limit within {off:.0e} rad (with EA)"
     )
 
 
-def _four_states(found: Figures) -> Verdict:
-    assert found.states is not None
-    ours, theirs = found.states.stable
+def _four_states(states: States) -> Verdict:
+    ours, theirs = states.stable
     four = ("U+S+", "U+S-", "U-S+", "U-S-")
-    return Verdict(judged(ours == theirs == four), ", ".join(ours) + " in both models", "none: a count")
+    return judged(ours == theirs == four, ", ".join(ours) + " in both models", "none: a count")
 
 
 def _along(states: Sequence[RestState], name: str, quantity: str, s: Array) -> Array:
@@ -233,35 +197,31 @@ def _along(states: Sequence[RestState], name: str, quantity: str, s: Array) -> A
     return np.asarray(np.interp(s, state.points[order], getattr(state, quantity)[order]))
 
 
-def _symmetry(found: Figures) -> Verdict:
-    assert found.states is not None
+def _symmetry(states: States) -> Verdict:
     worst, same = 0.0, 0.0
     grid = np.linspace(0.03, 0.97, 200)
-    for states in (found.states.elements, found.states.rods):
+    for its in (states.elements, states.rods):
         for quantity in ("kappa2", "tau"):
-            whole = _along(states, "U+S+", quantity, grid)
+            whole = _along(its, "U+S+", quantity, grid)
             off = (
-                whole + _along(states, "U-S+", quantity, grid),
-                whole - _along(states, "U+S-", quantity, 1.0 - grid),
+                whole + _along(its, "U-S+", quantity, grid),
+                whole - _along(its, "U+S-", quantity, 1.0 - grid),
             )
             worst = max(worst, float(np.abs(off).max() / np.abs(whole).max()))
-        one = _along(states, "U+S+", "kappa1", grid)
-        same = max(
-            same, float(np.abs(one - _along(states, "U-S+", "kappa1", grid)).max() / np.abs(one).max())
-        )
+        one = _along(its, "U+S+", "kappa1", grid)
+        same = max(same, float(np.abs(one - _along(its, "U-S+", "kappa1", grid)).max() / np.abs(one).max()))
     correction = "of the mirror image kappa2 and the twist change sign; kappa1, about the normal, does not"
     correction = correction if same < 0.5 else ""
-    return Verdict(
-        judged(worst < 0.02, correction),
+    return judged(
+        worst < 0.02,
         f"kappa2 and twist: mirror and reversal hold to {worst:.0e} of the largest",
         "largest deviation of both models, with interpolation",
         correction,
     )
 
 
-def _phases(found: Figures) -> Verdict:
-    assert found.phases is not None
-    grid = found.phases.grid
+def _phases(phases: Phases) -> Verdict:
+    grid = phases.grid
     names = {str(record["kirchhoff"]) for record in grid}
     agree = sum(record["kirchhoff"] == record["der"] for record in grid)
     correction = (
@@ -269,18 +229,17 @@ def _phases(found: Figures) -> Verdict:
         if "S, U" not in names
         else ("a fourth region: at large shear the unbroken U is stable again, beside S")
     )
-    return Verdict(
-        judged({"U", "US", "S"} <= names, correction),
+    return judged(
+        {"U", "US", "S"} <= names,
         f"{', '.join(sorted(names - {'S, U'}))} found",
         f"elements and rods agree in {agree} of {len(grid)} scenes",
         correction,
     )
 
 
-def _supercritical(found: Figures) -> Verdict:
-    assert found.phases is not None
+def _supercritical(phases: Phases) -> Verdict:
     gaps = []
-    for its in found.phases.heights:
+    for its in phases.heights:
         stable = {family: np.asarray(x)[np.asarray(ok)] for family, x, _, ok in its.lines}
         us = next(np.asarray(x) for family, x, _, _ in its.lines if family == "US")
         start = float(us.min())
@@ -288,14 +247,14 @@ def _supercritical(found: Figures) -> Verdict:
         before = float(stable["U"][stable["U"] < start + 0.05].max())
         gaps.append(start - before)
     worst = max(gaps, key=abs)
-    return Verdict(
-        judged(abs(worst) < 0.01),
+    return judged(
+        abs(worst) < 0.01,
         f"US begins {worst:+.0e} L from where U loses its stability",
         f"largest of {len(gaps)} compressions; points of the curve are as far apart",
     )
 
 
-def _s_to_s(_: Figures) -> Verdict:
+def _s_to_s(phases: Phases) -> Verdict:
     return Verdict(
         OPEN,
         "no run here turns S+ into S-",
@@ -304,17 +263,16 @@ def _s_to_s(_: Figures) -> Verdict:
     )
 
 
-def _ratios(found: Figures) -> Verdict:
+def _ratios(width: tuple[float, float]) -> Verdict:
     paper, ours = Ribbon(width=0.1), Ribbon()
-    assert found.width is not None
-    moved = found.width[1] / found.width[0] - 1.0
+    moved = width[1] / width[0] - 1.0
     correction = (
         f"W = 0.1 and h = 0.01 give EI1/EI2 = {paper.bending_ratio:g}; 400 and {ours.twist_ratio:.4f} are "
         f"those of W = {ours.width:g} and Poisson's ratio {ours.poisson:.2f}. In motion W enters the "
         "rotary inertia"
     )
-    return Verdict(
-        judged(abs(ours.bending_ratio - 400.0) < 1e-9 and abs(ours.twist_ratio - 1.4562) < 5e-5, correction),
+    return judged(
+        abs(ours.bending_ratio - 400.0) < 1e-9 and abs(ours.twist_ratio - 1.4562) < 5e-5,
         f"W halved, ratios kept: the snap of Path 1 at 1 rad/s, nu = 1, moves by {percent(moved)}",
         "of one mesh, 8 elements",
         correction,
@@ -328,8 +286,11 @@ CLAIMS = (
     Claim("fig3", "section 5.1, Fig. 3C", "Rescaled by the root of dL/L, all compressions fall on one curve.",
           _collapse),
     Claim("fig3", "section 5.1", "The error of small slopes falls with the compression.", _small_slopes),
-    Claim("fig4", "section 5.2, Fig. 4A", "Path 1, U+S- to U-S+, has one fold.", _one_fold),
-    Claim("fig4", "section 5.2, Fig. 4B", "Path 2, U+S+ to U+S- to U-S+, has two folds.", _two_folds),
+    Claim("fig4", "section 5.2, Fig. 4A", "Path 1, U+S- to U-S+, has one fold.", _count,
+          ("path_1", 1, "the caption of Fig. 4 starts this path at U+S+: text and section 2 have U+S-, "
+           "as here")),
+    Claim("fig4", "section 5.2, Fig. 4B", "Path 2, U+S+ to U+S- to U-S+, has two folds.", _count,
+          ("path_2", 2, "the caption of Fig. 4 has S+ and S- exchanged")),
     Claim("fig4", "section 5.2", "The second snap of Path 2 is that of Path 1.", _same_fold),
     Claim("fig4", "section 5.2, Fig. 4", "Theory and discrete rods agree.", _agree),
     Claim("fig4", "section 7.2", "Between the two folds both U+S- and U-S+ are stable.", _both_stable),

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from functools import partial
 from typing import Any, Literal
 
 from compare.diagrams.diagram import MOST_SAMPLES, SAMPLES
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.delays import DAMPINGS, require_ranges
-from compare.reproduction.maps import NAMED_SELECTION, NAMED_SKIPPING
+from compare.reproduction.rate_damping import NAMED_SELECTION, NAMED_SKIPPING
 from compare.sweep import Sweep
 from ribbonfem.options import whole_number, within
 
@@ -20,7 +19,7 @@ from . import figures_motion as motion
 from . import figures_rest as rest
 from .axes import Plate, draw, to_csv
 from .claims import CHOICES, CLAIMS, GROUPS
-from .result import Figures, given
+from .result import Figures, of_parts
 from .verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES, Claim, Verdict
 
 NAMES = tuple(f"fig{number}" for number in range(2, 17))
@@ -91,28 +90,29 @@ def main(
     )
 
 
+# of each figure the function of the parts of the result, and what it is called with besides
+_DRAWN: dict[str, tuple[Any, ...]] = {
+    "fig2": (rest.snapshots,),
+    "fig3": (rest.planar,),
+    "fig4": (rest.paths,),
+    "fig5": (rest.critical,),
+    "fig6": (motion.ramps,),
+    "fig7": (motion.scaling,),
+    "fig8": (motion.ribbon, "Path 1", "fig8"),
+    "fig9": (motion.ribbon, "Path 2", "fig9"),
+    **{name: (motion.named, name) for name in ("fig10", "fig12", "fig13")},
+    "fig11": (lambda skipping: motion.maps(skipping, "fig11", NAMED_SKIPPING),),
+    "fig14": (lambda selection: motion.maps(selection, "fig14", NAMED_SELECTION),),
+    "fig15": (rest.curvatures,),
+    "fig16": (rest.phases,),
+}
+
+
 def plates(found: Figures) -> Iterator[Plate]:
     """The figures that were asked for, in order."""
-    made: dict[str, Callable[[], Plate]] = {
-        "fig2": lambda: rest.snapshots(found.snapshots),
-        "fig3": lambda: rest.planar(given(found.planar)),
-        "fig4": lambda: rest.paths(given(found.ribbons)),
-        "fig5": lambda: rest.critical(given(found.swept)),
-        "fig6": lambda: motion.ramps(given(found.moved)["planar"]),
-        "fig7": lambda: motion.scaling(given(found.delays)),
-        "fig8": lambda: motion.ribbon(given(found.moved)["Path 1"], given(found.delays), "fig8"),
-        "fig9": lambda: motion.ribbon(given(found.moved)["Path 2"], given(found.delays), "fig9"),
-        **{
-            name: partial(lambda name: motion.named(given(found.settled), name), name)
-            for name in ("fig10", "fig12", "fig13")
-        },
-        "fig11": lambda: motion.maps(given(found.skipping), "fig11", NAMED_SKIPPING),
-        "fig14": lambda: motion.maps(given(found.selection), "fig14", NAMED_SELECTION),
-        "fig15": lambda: rest.curvatures(given(found.states)),
-        "fig16": lambda: rest.phases(given(found.phases)),
-    }
     for name in found.asked:
-        yield made[name]()
+        function, *more = _DRAWN[name]
+        yield of_parts(function, found, *more)
 
 
 def judgements(found: Figures) -> list[tuple[Claim, Verdict]]:

@@ -99,10 +99,10 @@ def _end(motion: Motion, against: str) -> tuple[float, float]:
     return -1.0 * late / motion.rate, 2.0 * late / motion.rate
 
 
-def ramps(found: Moved) -> Plate:
+def ramps(moved: dict[str, Moved]) -> Plate:
     """Fig. 6: a planar beam's snaps against angle and time."""
     panels = [
-        _ramps(found, letter, damping, against)
+        _ramps(moved["planar"], letter, damping, against)
         for letter, damping, against in (
             ("A", OVERDAMPED, "angle"),
             ("B", UNDERDAMPED, "angle"),
@@ -199,14 +199,14 @@ def _slopes(found: Delays, name: str, least: float) -> list[Series]:
     return made
 
 
-def scaling(found: Delays) -> Plate:
+def scaling(delays: Delays) -> Plate:
     """Fig. 7: the planar beam's delays."""
     return Plate(
         "fig7",
         "Delays of the planar beam at dL/L = 0.40 (paper, Fig. 7): of the angle, of the time, and rescaled "
         "by c a2, which statics give (predicted: theory without a free parameter). Lines through the "
         "elastica's delays, symbols: rods; grey: the limiting exponents.",
-        tuple(_scaling(found, "fig7", "ABC")),
+        tuple(_scaling(delays, "fig7", "ABC")),
         columns=3,
         width=4.3,
         height=3.6,
@@ -214,9 +214,9 @@ def scaling(found: Delays) -> Plate:
     )
 
 
-def ribbon(found: Moved, delays: Delays, figure: str) -> Plate:
+def ribbon(moved: dict[str, Moved], delays: Delays, path: str, figure: str) -> Plate:
     """Figs. 8 and 9: a path's snaps and delays."""
-    number, path = figure.removeprefix("fig"), found.motions[0].system
+    number, found = figure.removeprefix("fig"), moved[path]
     panels = [_ramps(found, "A", OVERDAMPED, "angle"), _ramps(found, "B", UNDERDAMPED, "angle")]
     return Plate(
         figure,
@@ -272,12 +272,12 @@ def _named(found: Settled, chosen: Sequence[CaseVerdict], letter: str, against: 
     return Panel(f"({letter}) {where}", axis, words, tuple(series), (limits, heights), legend=place)
 
 
-def named(found: Settled, figure: str) -> Plate:
+def named(settled: Settled, figure: str) -> Plate:
     """Figs. 10, 12 and 13: the named runs."""
     kind, compressions = {
         "fig10": ("skipping", (0.40, 0.35)), "fig12": ("selection", (0.40,)), "fig13": ("selection", (0.35,)),
     }[figure]  # fmt: skip
-    mine = [v for v in found.verdicts if v.case.kind == kind and v.case.scene.compression in compressions]
+    mine = [v for v in settled.verdicts if v.case.kind == kind and v.case.scene.compression in compressions]
     places = sorted(
         {(v.case.scene.compression, v.case.scene.damping) for v in mine}, key=lambda k: (-k[0], k[1])
     )
@@ -288,7 +288,8 @@ def named(found: Settled, figure: str) -> Plate:
     if kind == "selection":
         order += [(group, "time") for group in groups]
     panels = tuple(
-        _named(found, group, letter, against) for letter, (group, against) in zip("ABCD", order, strict=False)
+        _named(settled, group, letter, against)
+        for letter, (group, against) in zip("ABCD", order, strict=False)
     )
     number = figure.removeprefix("fig")
     what = "Mode skipping" if kind == "skipping" else "Mode selection"

@@ -36,12 +36,12 @@ def _dots(name: str, points: Sequence[tuple[float, float]], colour: str = "black
     return Series(name, x, y, "dots", colour, label=label)
 
 
-def snapshots(found: Sequence[Snapshot]) -> Plate:
+def snapshots(snapshots: Sequence[Snapshot]) -> Plate:
     """Fig. 2: the ribbon from above along both paths."""
     panels = []
     for path, letter in ((1, "A"), (2, "B")):
-        elements = [shot for shot in found if (shot.path, shot.model) == (path, "kirchhoff")]
-        rods = [shot for shot in found if (shot.path, shot.model) == (path, "der")]
+        elements = [shot for shot in snapshots if (shot.path, shot.model) == (path, "kirchhoff")]
+        rods = [shot for shot in snapshots if (shot.path, shot.model) == (path, "der")]
         for k, (one, two) in enumerate(zip(elements, rods, strict=True), 1):
             said = f"{pretty(one.said)}, at rest" if not one.moving else "in its snap"
             outline = np.concatenate((one.edges[0], one.edges[1][::-1], one.edges[0][:1]))
@@ -71,14 +71,14 @@ def snapshots(found: Sequence[Snapshot]) -> Plate:
     )
 
 
-def planar(found: Planar) -> Plate:
+def planar(planar: Planar) -> Plate:
     """Fig. 3, B and C: the planar beam, raw and rescaled."""
     panels = []
     for letter, scaled in (("B", False), ("C", True)):
         series: list[Series] = []
-        for colour, (compression, beam) in zip(TONES, found.beams.items(), strict=False):
+        for colour, (compression, beam) in zip(TONES, planar.beams.items(), strict=False):
             scale = compression**-0.5 if scaled else 1.0
-            rod = found.rods[compression]
+            rod = planar.rods[compression]
             name = f"dL/L = {compression:.2f}"
             for sign, side in ((1.0, ""), (-1.0, ", mirror image")):
                 series += equilibria(
@@ -103,8 +103,8 @@ def planar(found: Planar) -> Plate:
         if scaled:
             for sign, side in ((1.0, ""), (-1.0, ", mirror image")):
                 series += equilibria(
-                    f"closed form{side}", sign * found.exact.angle, sign * found.exact.height,
-                    found.exact.stable, "black", label="closed form" if sign > 0.0 else "",
+                    f"closed form{side}", sign * planar.exact.angle, sign * planar.exact.height,
+                    planar.exact.stable, "black", label="closed form" if sign > 0.0 else "",
                 )  # fmt: skip
         panels.append(
             Panel(
@@ -169,7 +169,7 @@ def _paths_panel(found: Ribbons, path: int) -> Panel:
     return Panel(title, ANGLE, HEIGHT, tuple(series), ((-1.05, 1.05), (-0.36, 0.36)), legend=legend)
 
 
-def paths(found: Ribbons) -> Plate:
+def paths(ribbons: Ribbons) -> Plate:
     """Fig. 4: both paths."""
     return Plate(
         "fig4",
@@ -177,16 +177,16 @@ def paths(found: Ribbons) -> Plate:
         "finite elements, stable solid, unstable dashed; circles: rods of 101 nodes; dots: folds; grey: "
         "the mirror image; orange: a slow ramp. The curve through U+S+ and U+S- is one, so that both "
         "panels have the same.",
-        (_paths_panel(found, 1), _paths_panel(found, 2)),
+        (_paths_panel(ribbons, 1), _paths_panel(ribbons, 2)),
         width=5.2,
         height=4.0,
     )
 
 
-def critical(found: dict[str, tuple[Swept, ...]]) -> Plate:
+def critical(swept: dict[str, tuple[Swept, ...]]) -> Plate:
     """Fig. 5: curves and critical angles, over compression and over shear."""
     panels = []
-    for row, (name, results) in enumerate(found.items()):
+    for row, (name, results) in enumerate(swept.items()):
         symbol, other = (r"\Delta L/L", r"\Delta W/L") if name == "compression" else (
             r"\Delta W/L", r"\Delta L/L"
         )  # fmt: skip
@@ -250,7 +250,7 @@ def critical(found: dict[str, tuple[Swept, ...]]) -> Plate:
     )
 
 
-def curvatures(found: States) -> Plate:
+def curvatures(states: States) -> Plate:
     """Fig. 15: curvatures and twist of the four states."""
     panels = []
     styles = (
@@ -258,7 +258,7 @@ def curvatures(found: States) -> Plate:
         ("kappa2", "#1d4e89", "o", r"$\kappa_2 L$", 1.0),
         ("tau", "#b23a48", "s", r"$\tau L$", 1.0),
     )
-    for letter, state, rod in zip("ABCD", found.elements, found.rods, strict=True):
+    for letter, state, rod in zip("ABCD", states.elements, states.rods, strict=True):
         order = np.argsort(state.points)
         series = []
         for quantity, colour, marker, label, scale in styles:
@@ -310,10 +310,10 @@ def _phase_lines(found: Phases) -> list[Series]:
     return made
 
 
-def phases(found: Phases) -> Plate:
+def phases(phases: Phases) -> Plate:
     """Fig. 16: states against the shear, phase diagram, three shapes."""
     series: list[Series] = []
-    for colour, its in zip(TONES, found.heights, strict=False):
+    for colour, its in zip(TONES, phases.heights, strict=False):
         said = f"dL/L = {its.compression:.1f}"
         for family, *whole in its.lines:
             # splines have more points than a figure needs
@@ -329,9 +329,9 @@ def phases(found: Phases) -> Plate:
             if points:
                 shears, tall = np.array(points).T
                 series.append(_symbols(f"{said}, {family}, rods", shears, tall, colour, PHASES[family][0]))
-    diagram = _phase_lines(found)
+    diagram = _phase_lines(phases)
     for name, (marker, colour) in PHASES.items():
-        chosen = [record for record in found.grid if record["der"] == name]
+        chosen = [record for record in phases.grid if record["der"] == name]
         if chosen:
             diagram.append(
                 _symbols(f"{name.replace(', ', ' and ')}, rods", [r["compression"] for r in chosen],
@@ -345,7 +345,7 @@ def phases(found: Phases) -> Plate:
         *(
             Panel(f"({letter}) {pretty(shape.name)}, $\\Delta W/L$ = {shape.shear:.2f}", "$x/L$", "$y/L$",
                   (_surface(shape.edges),))
-            for letter, shape in zip("CDE", found.shapes, strict=True)
+            for letter, shape in zip("CDE", phases.shapes, strict=True)
         ),
     ]  # fmt: skip
     return Plate(

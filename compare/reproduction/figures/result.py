@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from inspect import signature
+from typing import Any, TypeVar
 
 from compare.diagrams.report import Diagrams
 from compare.reproduction.delays import Delays
@@ -45,10 +47,16 @@ class Figures:
     phases: Phases | None = None
 
 
-Part = TypeVar("Part")
+Made = TypeVar("Made")
+_PARTS = tuple(item.name for item in fields(Figures))
 
 
-def given(part: Part | None) -> Part:
-    """A part of the result whose figure was asked for."""
-    assert part is not None
-    return part
+def of_parts(function: Callable[..., Made], found: Figures, *more: Any) -> Made:
+    """What a function makes of the parts of a result that its first parameters name, and of `more`."""
+    parts = []
+    for name in signature(function).parameters:
+        if name in _PARTS:
+            part = getattr(found, name)
+            assert part is not None
+            parts.append(part)
+    return function(*parts, *more)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-from .result import Figures
+from .result import Figures, of_parts
 
 YES, CORRECTED, OPEN, NO, NOT_ASKED = (
     "confirmed",
@@ -34,6 +35,11 @@ class Verdict:
     correction: str = ""
 
 
+def judged(right: bool, number: str, error: str = "", correction: str = "") -> Verdict:
+    """Confirmed, with a correction where there is one; else not confirmed."""
+    return Verdict(NO if not right else CORRECTED if correction else YES, number, error, correction)
+
+
 @dataclass(frozen=True)
 class Claim:
     """A sentence of the paper in other words.
@@ -43,13 +49,14 @@ class Claim:
     figure: whose numbers decide, as "fig3".
     where: in the paper.
     says: what it says.
-    judge: the verdict, of a result that has the figure.
+    judge: gives the verdict, of the parts of the result that its first parameters name, and of `more`.
     """
 
     figure: str
     where: str
     says: str
-    judge: Callable[[Figures], Verdict]
+    judge: Callable[..., Verdict]
+    more: tuple[Any, ...] = ()
 
     @property
     def command(self) -> str:
@@ -58,14 +65,9 @@ class Claim:
 
     def of(self, found: Figures) -> Verdict:
         """The verdict of a result."""
-        return self.judge(found) if self.figure in found.asked else Verdict(NOT_ASKED, "")
-
-
-def judged(right: bool, correction: str = "") -> str:
-    """Confirmed, with a correction where there is one; else not confirmed."""
-    if not right:
-        return NO
-    return CORRECTED if correction else YES
+        if self.figure not in found.asked:
+            return Verdict(NOT_ASKED, "")
+        return of_parts(self.judge, found, *self.more)
 
 
 def percent(value: float) -> str:

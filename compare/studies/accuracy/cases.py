@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -266,50 +265,42 @@ _SHORT = 0.1
 _warm: set[tuple[str, bool, str, str]] = set()
 
 
-def _warm_up(entry: Entry) -> None:
-    """Compile, or load, what the entry runs, once a process."""
-    policy, model = entry.policy, entry.family.model
-    key = (model, entry.case.dynamic, str(policy.get("method")), "step" if "step" in policy else "tolerance")
-    if key in _warm:
-        return
+def _answer(entry: Entry) -> tuple[Any, float]:
+    """The motion up to the snap, or the angles of the folds, and CPU seconds; compiled before."""
+    model, scene = entry.family.model, entry.case.scene
+    policy = {**entry.family.fixed, **entry.policy}
+    kind = "step" if "step" in policy else "tolerance"
+    key = (model, entry.case.dynamic, str(policy.get("method")), kind)
+    cold = key not in _warm
     _warm.add(key)
-    if entry.case.dynamic:
-        rate = entry.case.scene.rate
-        run(model, replace(entry.case.scene, stop=rate * 1e-2), {**entry.family.fixed, **policy})
-    else:
-        fold_angles(model, entry.case.scene, {**entry.family.fixed, **policy})
+    if not entry.case.dynamic:
+        if cold:
+            fold_angles(model, scene, policy)
+        return fold_angles(model, scene, policy)
+    if cold:
+        run(model, replace(scene, stop=scene.rate * 1e-2), policy)
+    return run(model, scene, {**policy, "until": "snap"})
 
 
 def measure(entry: Entry) -> Reading:
     """Run an entry once."""
     model, scene = entry.family.model, entry.case.scene
-    policy = {**entry.family.fixed, **entry.policy}
     try:
-        _warm_up(entry)
+        found, seconds = _answer(entry)
         if entry.case.dynamic:
-            history, seconds = run(model, scene, {**policy, "until": "snap"})
-            values = observed(history, model, entry.case.look)
-            return Reading(values, seconds, int(history.stats["steps"]))
-        angles, seconds = fold_angles(model, scene, policy)
-        rest = at_rest(model, scene, policy)
-        return Reading({"fold": angles, "shape": rest.shape, "energy": rest.energy}, seconds)
+            return Reading(observed(found, model, entry.case.look), seconds, int(found.stats["steps"]))
+        rest = at_rest(model, scene, {**entry.family.fixed, **entry.policy})
+        return Reading({"fold": found, "shape": rest.shape, "energy": rest.energy}, seconds)
     except SolverError as error:
         return Reading({}, float("nan"), None, str(error).splitlines()[0])
 
 
 def seconds_of(entry: Entry) -> float:
     """CPU seconds of an entry that has been measured, once more: the least of a few if they are short."""
-    model, scene = entry.family.model, entry.case.scene
-    policy = {**entry.family.fixed, **entry.policy}
-    _warm_up(entry)
-    least, spent = math.inf, 0.0
-    while spent < _SHORT:
-        if entry.case.dynamic:
-            seconds = run(model, scene, {**policy, "until": "snap"})[1]
-        else:
-            seconds = fold_angles(model, scene, policy)[1]
-        least, spent = min(least, seconds), spent + seconds
-    return least
+    taken: list[float] = []
+    while sum(taken) < _SHORT:
+        taken.append(_answer(entry)[1])
+    return min(taken)
 
 
 def mesh_value(policy: Mapping[str, Any]) -> int:

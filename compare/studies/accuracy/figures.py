@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from compare.quantities.convergence import Convergence
-from ribbonfem.output.style import figure
+from ribbonfem.output.style import panels
 
 from .fronts import Candidate, front
-from .orders import Study
+from .orders import Refined
 
 _COLOURS = {
     "quasilinear": "#7f7f7f",
@@ -62,41 +62,16 @@ def _draw_group(
             continue
         colour = _COLOURS[family]
         for choice in its:
-            method = choice.policy.get("method")
+            method, hollow = choice.policy.get("method"), choice.policy.get("clamp") == "two-node"
             methods.add(method)
-            hollow = choice.policy.get("clamp") == "two-node"
             open_marks |= hollow
-            axes.plot(
-                choice.seconds,
-                choice.settled[quantity],
-                _MARKERS[method],
-                ms=3.2,
-                color=colour,
-                mfc="none" if hollow else colour,
-                alpha=0.45,
-                mew=0.7,
-            )
-        members = front(its, quantity)
-        axes.plot(
-            [m.seconds for m in members],
-            [m.settled[quantity] for m in members],
-            "-",
-            color=colour,
-            lw=1.3,
-            label=_NAMES[family],
-        )
-        for choice in its:
+            at, face = (choice.seconds, choice.settled[quantity]), "none" if hollow else colour
+            axes.plot(*at, _MARKERS[method], ms=3.2, color=colour, mfc=face, alpha=0.45, mew=0.7)
             if choice.default:
-                axes.plot(
-                    choice.seconds,
-                    choice.settled[quantity],
-                    "*",
-                    ms=12,
-                    color=colour,
-                    mec="black",
-                    mew=0.7,
-                    zorder=6,
-                )
+                axes.plot(*at, "*", ms=12, color=colour, mec="black", mew=0.7, zorder=6)
+        members = front(its, quantity)
+        x, y = [m.seconds for m in members], [m.settled[quantity] for m in members]
+        axes.plot(x, y, "-", color=colour, lw=1.3, label=_NAMES[family])
     axes.set(
         xscale="log", yscale="log", title=_TITLES[group], xlabel="CPU seconds", ylabel="settled error (rad)"
     )
@@ -116,19 +91,13 @@ def _draw_group(
 
 def draw_fronts(found: Mapping[tuple[str, str], Sequence[Candidate]], primary: Mapping[str, str]) -> Any:
     """A panel a group: every policy a mark, the fronts lines, the defaults stars."""
-    groups = list(primary)
-    columns = min(2, len(groups))
-    rows = -(-len(groups) // columns)
-    fig, grid = figure(columns, rows, width=6.0, height=3.9)
-    panels = np.atleast_1d(grid).ravel()
-    for axes, group in zip(panels, groups, strict=False):
+    fig, grid = panels(len(primary), 2, 6.0, 3.9)
+    for axes, group in zip(grid, primary, strict=True):
         _draw_group(axes, group, found, primary[group])
-    for axes in panels[len(groups) :]:
-        axes.set_visible(False)
     return fig
 
 
-def _look(study: Study) -> tuple[str, str, str]:
+def _look(study: Refined) -> tuple[str, str, str]:
     """Colour, marker and filling of a study: of the model, the method, the clamp."""
     method = study.label.split(", ")[-1]
     family = f"{study.model}-EA" if study.policy.get("extensible") else study.model
@@ -136,7 +105,7 @@ def _look(study: Study) -> tuple[str, str, str]:
     return _COLOURS[family], _MARKERS.get(method, "o"), "none" if hollow else _COLOURS[family]
 
 
-def _draw_studies(axes: Any, what: Sequence[tuple[Study, Convergence]], title: str, label: str) -> None:
+def _draw_studies(axes: Any, what: Sequence[tuple[Refined, Convergence]], title: str, label: str) -> None:
     from matplotlib.ticker import NullFormatter
 
     for study, found in what:
@@ -165,22 +134,17 @@ def _draw_studies(axes: Any, what: Sequence[tuple[Study, Convergence]], title: s
     )
 
 
-def draw_orders(studied: Sequence[tuple[Study, Convergence]]) -> Any:
+def draw_orders(studied: Sequence[tuple[Refined, Convergence]]) -> Any:
     """Errors of fold and snap angles against mesh size and step, with the orders in the legends."""
-    panels: list[tuple[str, str, list[tuple[Study, Convergence]]]] = []
+    parts: list[tuple[str, str, list[tuple[Refined, Convergence]]]] = []
     for kind, title in _TITLES.items():
         mine = [(s, c) for s, c in studied if s.group == kind and s.quantity in ("fold", "snap")]
         for steps in (False, True):
             part = [(s, c) for s, c in mine if (c.over == "step") == steps]
             if part:
                 words = f"{title.split(':')[0]}, {'step' if steps else 'mesh'}"
-                panels.append((words, "step (s)" if steps else "edge or element (L)", part))
-    columns = min(2, len(panels))
-    rows = -(-len(panels) // columns)
-    fig, grid = figure(columns, rows, width=6.0, height=3.4)
-    axes = np.atleast_1d(grid).ravel()
-    for ax, (title, label, part) in zip(axes, panels, strict=False):
-        _draw_studies(ax, part, title, label)
-    for ax in axes[len(panels) :]:
-        ax.set_visible(False)
+                parts.append((words, "step (s)" if steps else "edge or element (L)", part))
+    fig, grid = panels(len(parts), 2, 6.0, 3.4)
+    for axes, (title, label, part) in zip(grid, parts, strict=True):
+        _draw_studies(axes, part, title, label)
     return fig

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+
+from compare.studies.study import settled
 
 from .cases import Entry, mesh_value
 
@@ -83,13 +85,9 @@ def _kind(policy: Mapping[str, Any]) -> tuple[Any, ...]:
     return policy.get("method"), policy.get("clamp"), "step" in policy, "tolerance" in policy
 
 
-def _finer(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
-    """Whether policy `a` is at least as fine as `b`."""
-    if _kind(a) != _kind(b):
-        return False
-    return mesh_value(a) >= mesh_value(b) and all(
-        a[name] <= b[name] for name in ("step", "tolerance") if name in a
-    )
+def _size(policy: Mapping[str, Any]) -> tuple[float, ...]:
+    """Numbers none of which is larger in a finer policy of the same kind."""
+    return -mesh_value(policy), policy.get("step", 0.0), policy.get("tolerance", 0.0)
 
 
 def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Candidate]:
@@ -100,33 +98,34 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Can
     by_label: dict[str, list[Row]] = {}
     for row in rows:
         by_label.setdefault(row.entry.label, []).append(row)
-    good = {label: mine for label, mine in by_label.items() if all(row.done for row in mine)}
-    errors = {
-        label: {
-            name: float(np.sqrt(np.mean([max(row.errors[name], floor(row, name)) ** 2 for row in mine])))
-            for name in mine[0].errors
-        }
-        for label, mine in good.items()
-    }
-    found = []
-    for label, mine in good.items():
-        policy = mine[0].entry.policy
-        finer = [other for other, its in good.items() if _finer(its[0].entry.policy, policy)]
-        settled = {name: max(errors[other][name] for other in finer) for name in errors[label]}
-        found.append(
-            Candidate(
-                mine[0].entry.case.group,
-                mine[0].entry.family.name,
-                label,
-                policy,
-                mine[0].entry.default,
-                mine[0].entry.dofs,
-                errors[label],
-                settled,
-                float(sum(row.seconds for row in mine)),
-            )
+    good = [mine for mine in by_label.values() if all(row.done for row in mine)]
+    found = [
+        Candidate(
+            mine[0].entry.case.group,
+            mine[0].entry.family.name,
+            mine[0].entry.label,
+            mine[0].entry.policy,
+            mine[0].entry.default,
+            mine[0].entry.dofs,
+            {
+                name: float(np.sqrt(np.mean([max(row.errors[name], floor(row, name)) ** 2 for row in mine])))
+                for name in mine[0].errors
+            },
+            {},
+            float(sum(row.seconds for row in mine)),
         )
-    return found
+        for mine in good
+    ]
+    worst: dict[str, dict[str, float]] = {}
+    for name in found[0].errors if found else ():
+        for one, error in settled(
+            found,
+            error=lambda c, name=name: c.errors[name],  # type: ignore[misc]
+            kind=lambda c: _kind(c.policy),
+            size=lambda c: _size(c.policy),
+        ):
+            worst.setdefault(one.label, {})[name] = error
+    return [replace(one, settled=worst[one.label]) for one in found]
 
 
 def front(found: Sequence[Candidate], quantity: str) -> list[Candidate]:

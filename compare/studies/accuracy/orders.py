@@ -29,8 +29,8 @@ _ROD_STEP = {"method": "generalised-alpha", "step": 2e-2}
 
 
 @dataclass(frozen=True)
-class Study:
-    """One convergence study: what `convergence` is called with."""
+class Refined:
+    """A mesh or a step refined: what `convergence` is called with."""
 
     group: str
     label: str
@@ -40,12 +40,12 @@ class Study:
     over: Mapping[str, tuple[float, ...]]
     policy: Mapping[str, Any]
 
-    def run(self) -> Convergence:
+    def found(self) -> Convergence:
         """Do it."""
         return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.policy)
 
 
-def _at_rest() -> list[Study]:
+def _at_rest() -> list[Refined]:
     beams: list[tuple[str, str, dict[str, tuple[float, ...]], dict[str, Any]]] = [
         ("quasi-linear", "quasilinear", {"elements": (8, 16, 32, 64)}, {}),
         ("elastica", "elastica", {"elements": (12, 16, 24, 32)}, {}),
@@ -59,7 +59,7 @@ def _at_rest() -> list[Study]:
         *beams[-2:],
     ]
     return [
-        Study(group, label, model, scene, quantity, over, policy)
+        Refined(group, label, model, scene, quantity, over, policy)
         for group, scene, what in (("static-planar", _BEAM, beams), ("static-ribbon", _RIBBON, ribbons))
         for label, model, over, policy in what
         for quantity in ("fold", "shape", "energy")
@@ -74,27 +74,28 @@ def _in_step(
     method: str,
     steps: tuple[float, ...],
     policy: Mapping[str, Any],
-) -> Study:
+) -> Refined:
     """The order of a method in its step, by the snap."""
     name, over = f"{label}, {method}", {"step": steps}
-    return Study(group, name, model, scene, "snap", over, {**policy, "method": method})
+    return Refined(group, name, model, scene, "snap", over, {**policy, "method": method})
 
 
-def _in_motion() -> list[Study]:
+def _in_motion() -> list[Refined]:
     planar, ribbon = "dynamic-planar", "dynamic-ribbon"
     nodes, finer = {"nodes": (51, 101, 201)}, {"nodes": (101, 201, 401)}
     two_node = {**_ROD_STEP, "clamp": "two-node"}
     found = [
-        Study(
-            planar, "quasi-linear", "quasilinear", _MOVING_BEAM, "snap", {"elements": (8, 16, 32)}, _BEAM_STEP
-        ),
-        Study(
-            planar, "elastica", "elastica", _MOVING_BEAM, "snap", {"elements": (8, 12, 16, 24)}, _BEAM_STEP
-        ),
-        Study(planar, "DER centred", "der", _MOVING_BEAM, "snap", nodes, _ROD_STEP),
-        Study(planar, "DER two-node", "der", _MOVING_BEAM, "snap", finer, two_node),
-        Study(ribbon, "DER centred", "der", _MOVING_RIBBON, "snap", nodes, _ROD_STEP),
-        Study(ribbon, "DER two-node", "der", _MOVING_RIBBON, "snap", finer, two_node),
+        Refined(
+            group, label, model, _MOVING_BEAM if group == planar else _MOVING_RIBBON, "snap", over, policy
+        )
+        for group, label, model, over, policy in (
+            (planar, "quasi-linear", "quasilinear", {"elements": (8, 16, 32)}, _BEAM_STEP),
+            (planar, "elastica", "elastica", {"elements": (8, 12, 16, 24)}, _BEAM_STEP),
+            (planar, "DER centred", "der", nodes, _ROD_STEP),
+            (planar, "DER two-node", "der", finer, two_node),
+            (ribbon, "DER centred", "der", nodes, _ROD_STEP),
+            (ribbon, "DER two-node", "der", finer, two_node),
+        )
     ]
     stretching = {"extensible": True}
     # fine enough to show their order, and coarse enough to lie above what Newton leaves
@@ -103,7 +104,7 @@ def _in_motion() -> list[Study]:
         (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
     ):
         over, policy = {"elements": meshes}, _ROD_STEP | stretching
-        found.append(Study(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
+        found.append(Refined(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
         found += [
             _in_step(
                 group,
@@ -132,21 +133,16 @@ def _in_motion() -> list[Study]:
     return found
 
 
-def studies(groups: tuple[str, ...], models: tuple[str, ...]) -> list[Study]:
-    """The studies of these groups and models."""
+def refinements(groups: tuple[str, ...], models: tuple[str, ...]) -> list[Refined]:
+    """What is refined of these groups and models."""
     return [s for s in (*_at_rest(), *_in_motion()) if s.group in groups and s.model in models]
-
-
-def run_study(study: Study) -> Convergence:
-    """Do a study; a function of the module, for worker processes."""
-    return study.run()
 
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def record(study: Study, found: Convergence) -> dict[str, Any]:
+def record(study: Refined, found: Convergence) -> dict[str, Any]:
     """A study and what came of it, for programs."""
     return {
         "group": study.group,

@@ -16,6 +16,7 @@ from compare.quantities.convergence import Convergence
 from compare.quantities.measure import MODELS, Shape
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
+from compare.studies.study import Study
 from compare.sweep import Sweep
 from ribbonfem import SolverError
 from ribbonfem.options import whole_number
@@ -92,11 +93,9 @@ def _reference(work: tuple[Bench, Family]) -> Reference:
 
 
 def _references(selected: Sequence[Entry], sweep: Sweep) -> dict[KeyOf, Reference]:
-    work: dict[KeyOf, tuple[Bench, Family]] = {}
-    for entry in selected:
-        work.setdefault(_key_of(entry), (entry.case, entry.family))
-    found = sweep("references", _reference, list(work.values()))
-    return dict(zip(work, found, strict=True))
+    work = {_key_of(entry): (entry.case, entry.family) for entry in reversed(selected)}
+    work = {key: work[key] for key in dict.fromkeys(map(_key_of, selected))}
+    return dict(zip(work, Study("references", _reference, list(work.values())).found(sweep), strict=True))
 
 
 def _key_of(entry: Entry) -> KeyOf:
@@ -124,8 +123,7 @@ def _again(work: tuple[Entry, int]) -> float:
 
 def _measured(selected: Sequence[Entry], rounds: int, sweep: Sweep) -> dict[str, list[Reading]]:
     """All runs of all entries: round by round, so that what else the machine does meets all alike."""
-    first = sweep("first round", measure, selected)
-    runs = {entry.key: [run] for entry, run in zip(selected, first, strict=True)}
+    runs = {entry.key: [run] for entry, run in Study("first round", measure, selected).rows(sweep)}
     again = [
         (entry, k)
         for k in range(1, rounds)
@@ -133,8 +131,7 @@ def _measured(selected: Sequence[Entry], rounds: int, sweep: Sweep) -> dict[str,
         # all but the failed
         if runs[entry.key][0].seconds < (_LONG if k > 1 else math.inf)
     ]
-    later = sweep(f"rounds 2 to {rounds}", _again, again)
-    for (entry, _), seconds in zip(again, later, strict=True):
+    for (entry, _), seconds in Study(f"rounds 2 to {rounds}", _again, again).rows(sweep):
         runs[entry.key].append(Reading({}, seconds))
     return runs
 
@@ -185,7 +182,7 @@ class Accuracy:
     rounds: int
     rows: tuple[Row, ...]
     known: dict[KeyOf, Reference]
-    studied: tuple[tuple[orders_of.Study, Convergence], ...]
+    studied: tuple[tuple[orders_of.Refined, Convergence], ...]
     before: dict[str, Any]
     alone: bool
 
@@ -249,9 +246,9 @@ def main(
     rows = tuple(_row(entry, known[_key_of(entry)], runs[entry.key]) for entry in selected)
     models = tuple(dict.fromkeys(entry.family.model for entry in selected))
     groups = tuple(dict.fromkeys(entry.case.group for entry in selected))
-    work = orders_of.studies(groups, models) if orders and not row else []
-    done = sweep("orders", orders_of.run_study, work)
-    found = Accuracy(rounds, rows, known, tuple(zip(work, done, strict=True)), old, bool(row))
+    refined = orders_of.refinements(groups, models) if orders and not row else []
+    studied = tuple(Study("orders", orders_of.Refined.found, refined).rows(sweep))
+    found = Accuracy(rounds, rows, known, studied, old, bool(row))
     if not row and not defaults_of_fronts(found.choices):
         raise SolverError("the default policy came to an end in no group; its rows alone: --row KEY says why")
     return found

@@ -12,7 +12,7 @@ from compare.report.section import Table
 
 from .cases import DYNAMIC, STATIC
 from .fronts import Candidate, Row, distance, front
-from .orders import Study
+from .orders import Refined
 from .references import Reference
 
 
@@ -25,20 +25,18 @@ def _short(label: str) -> str:
 
 def rows_table(rows: Sequence[Row], title: str) -> Table:
     """Rows one by one, with what names them."""
-    shown = []
-    for row in rows:
-        e = row.errors
-        first = e.get("fold", e.get("snap"))
-        shown.append(
-            [row.entry.key, row.entry.dofs, row.steps, first]
-            + [e.get(name) for name in ("shape", "energy", "balance")]
-            + [row.seconds]
-        )
-    return Table(
+    return Table.of(
         title,
-        ["row", "dofs", "steps", "angle (rad)", "shape (L)", "energy", "balance", "CPU s"],
-        shown,
-        ["s", "d", "d", ".2e", ".2e", ".2e", ".2e", ".4f"],
+        rows,
+        [
+            *(("row", "s", lambda row: row.entry.key), ("dofs", "d", lambda row: row.entry.dofs)),
+            ("steps", "d", "steps"),
+            ("angle (rad)", ".2e", lambda row: row.errors.get("fold", row.errors.get("snap"))),
+            ("shape (L)", ".2e", lambda row: row.errors.get("shape")),
+            ("energy", ".2e", lambda row: row.errors.get("energy")),
+            ("balance", ".2e", lambda row: row.errors.get("balance")),
+            ("CPU s", ".4f", "seconds"),
+        ],
         "Errors: of the fold's or the snap's angle, the shape in L2, the energy and its balance in EI2/L. "
         "Computed alone by: ribbonfem accuracy --row ROW",
     )
@@ -78,25 +76,19 @@ def defaults_of_fronts(found: Mapping[tuple[str, str], list[Candidate]]) -> list
 
 def defaults_table(records: Sequence[Mapping[str, Any]]) -> Table:
     """Each default against its front."""
-    return Table(
+    return Table.of(
         "The defaults against the fronts",
-        ["group", "model", "default", "error", "settled", "CPU s", "factor", "shape", "energy"]
-        + ["quickest as exact", "settled", "CPU s"],
+        records,
         [
-            [
-                r["group"],
-                r["family"],
-                _short(r["policy"]),
-                r["error"],
-                r["settled"],
-                r["seconds"],
-                r["distance"],
-            ]
-            + [r["distances"]["shape"], r["distances"]["energy"]]
-            + [_short(r["instead"]), r["instead_settled"], r["instead_seconds"]]
-            for r in records
+            *(("group", "s", "group"), ("model", "s", "family")),
+            ("default", "s", lambda r: _short(r["policy"])),
+            *(("error", ".1e", "error"), ("settled", ".1e", "settled"), ("CPU s", ".4f", "seconds")),
+            ("factor", ".2f", "distance"),
+            ("shape", ".2f", lambda r: r["distances"]["shape"]),
+            ("energy", ".2f", lambda r: r["distances"]["energy"]),
+            ("quickest as exact", "s", lambda r: _short(r["instead"])),
+            *(("settled", ".1e", "instead_settled"), ("CPU s", ".4f", "instead_seconds")),
         ],
-        ["s", "s", "s", ".1e", ".1e", ".4f", ".2f", ".2f", ".2f", "s", ".1e", ".4f"],
         "error: of the fold or snap angle (rad), root mean square over the group's scenes; settled: the "
         "largest of it and of all finer policies of its kind, so that errors of mesh and step that cancel "
         "by chance do not count. CPU s: sum over the scenes. factor: CPU seconds over those of the "
@@ -107,27 +99,26 @@ def defaults_table(records: Sequence[Mapping[str, Any]]) -> Table:
 
 def fronts_table(found: Mapping[tuple[str, str], list[Candidate]]) -> Table:
     """The members of all fronts."""
-    rows: list[list[Any]] = []
-    for (group, family), its in found.items():
-        quantity = (DYNAMIC if group.startswith("dynamic") else STATIC)[0]
-        for member in front(its, quantity):
-            e = member.errors
-            rows.append(
-                [group, family, _short(member.label) + (" (default)" if member.default else ""), member.dofs]
-                + [member.settled[quantity], e[quantity], e["shape"], e["energy"], member.seconds]
-            )
-    return Table(
+    quantity = {group: (DYNAMIC if group.startswith("dynamic") else STATIC)[0] for group, _ in found}
+    return Table.of(
         "The fronts: no other policy of the model is quicker and more exact",
-        ["group", "model", "policy", "dofs", "settled", "angle (rad)", "shape (L)", "energy", "CPU s"],
-        rows,
-        ["s", "s", "s", "d", ".1e", ".1e", ".1e", ".1e", ".4f"],
+        [member for (group, _), its in found.items() for member in front(its, quantity[group])],
+        [
+            *(("group", "s", "group"), ("model", "s", "family")),
+            ("policy", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),
+            ("dofs", "d", "dofs"),
+            ("settled", ".1e", lambda c: c.settled[quantity[c.group]]),
+            ("angle (rad)", ".1e", lambda c: c.errors[quantity[c.group]]),
+            ("shape (L)", ".1e", lambda c: c.errors["shape"]),
+            *(("energy", ".1e", lambda c: c.errors["energy"]), ("CPU s", ".4f", "seconds")),
+        ],
         "A policy that fails in any scene, planar or ribbon, is in none. Of policies whose errors differ by "
         "less than a twentieth the quickest is. "
         "Computed alone by: ribbonfem accuracy --group GROUP --model MODEL",
     )
 
 
-def orders_table(studied: Sequence[tuple[Study, Convergence]]) -> Table:
+def orders_table(studied: Sequence[tuple[Refined, Convergence]]) -> Table:
     """The convergence studies."""
     return Table(
         "Observed orders",

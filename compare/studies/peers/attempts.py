@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,10 @@ import der
 from compare.external import auto as peer_auto
 from compare.external import exudyn as peer_exudyn
 from compare.external import pyelastica as peer_pyelastica
+from compare.limits import edge_ratio, two_point
+from compare.studies import study
+from compare.studies.study import Study
+from compare.sweep import Sweep
 from ribbonfem import History, Scene, SolverError, elastica, kirchhoff
 from ribbonfem.results import Array
 
@@ -25,33 +29,7 @@ FOLDS = 4
 ERROR = 1e-4
 # nodes of the discrete rods
 RODS = (51, 101, 201)
-
-
-@dataclass
-class Attempt:
-    """One way to do a scene: what `go` returns is its error and its CPU seconds."""
-
-    code: str
-    resolution: str
-    step: str
-    go: Callable[[], tuple[float, float]]
-    error: float | None = None
-    seconds: float | None = None
-    ratio: tuple[float | None, float, float | None] | None = None
-    note: str = ""
-
-    def once(self) -> float | None:
-        """Attempt, and keep the error and the CPU seconds, or how it failed."""
-        try:
-            self.error, self.seconds = self.go()
-        except SolverError as error:
-            # the table has room for one line
-            self.note = str(error).splitlines()[0][:110]
-        return self.seconds
-
-    def timing(self) -> Timing:
-        """What came of it."""
-        return Timing(self.code, self.resolution, self.step, self.error, self.seconds, self.ratio, self.note)
+Go = Callable[[], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -61,141 +39,155 @@ class Timing:
     code: str
     resolution: str
     step: str
-    error: float | None
-    seconds: float | None
-    ratio: tuple[float | None, float, float | None] | None
-    note: str
+    error: float | None = None
+    seconds: float | None = None
+    ratio: tuple[float | None, float, float | None] | None = None
+    note: str = ""
 
     @property
     def done(self) -> bool:
         """Whether it came to an end with the answer asked for."""
         return self.error is not None
 
-    def row(self) -> list[Any]:
-        """A row of a table."""
-        ratio = self.ratio or (None, None, None)
-        return [self.code, self.resolution, self.step, self.error, self.seconds, *ratio, self.note]
+    @property
+    def off(self) -> float:
+        """The size of the error; infinite without an answer."""
+        return float("inf") if self.error is None else abs(self.error)
 
 
-def alternate(runs: Sequence[Attempt], rounds: int) -> Array:
-    """Time runs by turns and keep their CPU seconds (median) and their ratios to the first of them.
+class Attempt:
+    """One way to do a scene: what `go` returns is its error and its CPU seconds; and what came of it."""
 
-    By turns, so that what else the machine does meets all of them alike.  Returns the CPU seconds
-    (rounds, runs).
+    def __init__(self, code: str, resolution: str, step: str, go: Go, **known: Any) -> None:
+        self.go, self.timing = go, Timing(code, resolution, step, **known)
+
+    def once(self) -> None:
+        """Attempt, and keep the error and the CPU seconds, or how it failed."""
+        try:
+            error, seconds = self.go()
+            self.keep(error=error, seconds=seconds)
+        except SolverError as failure:
+            # the table has room for one line
+            self.keep(note=str(failure).splitlines()[0][:110])
+
+    def keep(self, **found: Any) -> None:
+        """Keep what was found besides."""
+        self.timing = replace(self.timing, **found)
+
+
+def attempted(title: str, runs: Sequence[Attempt], sweep: Sweep) -> Sequence[Attempt]:
+    """The runs, each attempted once."""
+    Study(title, Attempt.once, runs).found(sweep)
+    return runs
+
+
+def alternate(runs: Sequence[Attempt], rounds: int, sweep: Sweep) -> Array:
+    """Time runs by turns; they keep their median CPU seconds and the ratios to the first of them.
+
+    Returns the CPU seconds (rounds, runs).
     """
-    taken = np.array([[run.go()[1] for run in runs] for _ in range(rounds)])
-    for k, run in enumerate(runs):
-        ratio = taken[:, k] / taken[:, 0]
-        run.seconds = float(np.median(taken[:, k]))
-        run.ratio = (float(ratio.min()), float(np.median(ratio)), float(ratio.max()))
+    turns = Study("by turns", lambda run: run.go()[1], runs).by_turns(sweep, rounds)
+    taken = np.array(turns, dtype=float).T
+    for run, seconds, ratio in zip(runs, taken.T, (taken / taken[:, :1]).T, strict=True):
+        least, middle, most = float(ratio.min()), float(np.median(ratio)), float(ratio.max())
+        run.keep(seconds=float(np.median(seconds)), ratio=(least, middle, most))
     return taken
 
 
-def _snap(history: History, truth: float) -> float:
-    """Error of the angle at which z(1/2) = 0."""
+def cheapest(runs: Sequence[Attempt], error: float = ERROR) -> Attempt | None:
+    """The cheapest of the runs whose error is at most `error`; None if there is none."""
+    return study.cheapest(((run, run.timing.off) for run in runs), lambda run: run.timing.seconds, error)
+
+
+def settled(runs: Sequence[Attempt], error: float = ERROR) -> Attempt | None:
+    """The cheapest run whose error, and that of all finer ones with the same note, is at most `error`."""
+
+    def size(run: Attempt) -> tuple[float, float]:
+        return -float(run.timing.resolution.split()[0]), float(run.timing.step.split()[0])
+
+    kept = study.settled(runs, lambda run: run.timing.off, lambda run: run.timing.note, size)
+    return study.cheapest(kept, lambda run: run.timing.seconds, error)
+
+
+def _angle(history: History) -> float:
+    """The angle at which z(1/2) = 0."""
     found = history.crossing()
     if found is None:
         raise SolverError("z(1/2) did not change sign")
-    return found[1] - truth
+    return found[1]
 
 
-def _ours(simulate: Callable[..., History], truth: float, **policy: Any) -> Callable[[], tuple[float, float]]:
+def _ours(simulate: Callable[..., History], truth: float, **policy: Any) -> Go:
     def go() -> tuple[float, float]:
         begin = time.process_time()
-        history = simulate(**policy)
+        error = _angle(simulate(**policy)) - truth
         # of the whole call, which sets the problem up too: to our disadvantage
-        return _snap(history, truth), time.process_time() - begin
+        return error, time.process_time() - begin
 
     return go
 
 
-def _theirs(
-    simulate: Callable[..., History], truth: float, **policy: Any
-) -> Callable[[], tuple[float, float]]:
+def _theirs(simulate: Callable[..., History], truth: float, **policy: Any) -> Go:
     def go() -> tuple[float, float]:
         history = simulate(**policy)
-        return _snap(history, truth), float(history.stats["seconds"])
+        return _angle(history) - truth, float(history.stats["seconds"])
 
     return go
 
 
 def planar_truth(extensible: bool = True, elements: int = 24, step: float = 1e-3) -> float:
     """Angle of the planar snap, from two fixed steps of the elastica, extrapolated."""
+    policy: dict[str, Any] = {"elements": elements, "extensible": extensible, "method": "tr-bdf2"}
     coarse, fine = (
-        elastica.simulate(
-            PLANAR, elements=elements, extensible=extensible, method="tr-bdf2", until="snap", step=size
-        ).crossing()
-        for size in (2.0 * step, step)
+        _angle(elastica.simulate(PLANAR, until="snap", step=size, **policy)) for size in (2.0 * step, step)
     )
-    if coarse is None or fine is None:
-        raise SolverError("the reference run did not snap")
-    return (4.0 * fine[1] - coarse[1]) / 3.0
+    return two_point(coarse, fine, 4.0)
 
 
 def ribbon_truth(nodes: int = 101, tolerance: float = 1e-5) -> float:
     """Angle of the ribbon's snap, from two meshes of `der` extrapolated."""
-    dense = 2 * nodes - 1
+    meshes = nodes, 2 * nodes - 1
     coarse, fine = (
-        der.simulate(RIBBON, nodes=n, tolerance=tolerance, configurations=False).crossing()
-        for n in (nodes, dense)
+        _angle(der.simulate(RIBBON, nodes=n, tolerance=tolerance, configurations=False)) for n in meshes
     )
-    if coarse is None or fine is None:
-        raise SolverError("the reference run did not snap")
-    ratio = ((dense - 2) / (nodes - 2)) ** 2
-    return (ratio * fine[1] - coarse[1]) / (ratio - 1.0)
+    return two_point(coarse, fine, edge_ratio(*meshes))
 
 
 def elastica_runs(
     truth: float, extensible: bool, choices: Sequence[tuple[int, float | None]]
 ) -> list[Attempt]:
     """The elastica on these meshes and tolerances (None: the default)."""
-    runs = []
-    for elements, tolerance in choices:
-        go = _ours(
-            elastica.simulate,
-            truth,
-            scene=PLANAR,
-            elements=elements,
-            extensible=extensible,
-            tolerance=tolerance,
-            until="snap",
+    code = "elastica FEM, EA" if extensible else "elastica FEM"
+    given: dict[str, Any] = {"scene": PLANAR, "extensible": extensible, "until": "snap"}
+    return [
+        Attempt(
+            code,
+            f"{elements} elements",
+            "default" if tolerance is None else f"tol {tolerance:g}",
+            _ours(elastica.simulate, truth, elements=elements, tolerance=tolerance, **given),
         )
-        step = "default" if tolerance is None else f"tol {tolerance:g}"
-        code = "elastica FEM, EA" if extensible else "elastica FEM"
-        runs.append(Attempt(code, f"{elements} elements", step, go))
-    return runs
+        for elements, tolerance in choices
+    ]
 
 
 def rod_runs(scene: Scene, truth: float) -> list[Attempt]:
     """The rods with their default steps."""
+    given: dict[str, Any] = {"scene": scene, "configurations": False}
     return [
-        Attempt(
-            "DER",
-            f"{nodes} nodes",
-            "default",
-            _ours(der.simulate, truth, scene=scene, nodes=nodes, configurations=False),
-        )
-        for nodes in RODS
+        Attempt("DER", f"{n} nodes", "default", _ours(der.simulate, truth, nodes=n, **given)) for n in RODS
     ]
 
 
 def exudyn_planar_runs(truth: float) -> list[Attempt]:
     """Exudyn's geometrically exact 2D beam on a grid of meshes, steps and shear stiffnesses."""
     # a Newton tolerance of 1e-4 makes it a third quicker than its default and costs no accuracy
+    given: dict[str, Any] = {"scene": PLANAR, "newton_tolerance": 1e-4}
     return [
         Attempt(
             "Exudyn",
             f"{elements} quadratic",
             f"{step:g} s",
-            _theirs(
-                peer_exudyn.simulate,
-                truth,
-                scene=PLANAR,
-                elements=elements,
-                step=step,
-                shear=shear,
-                newton_tolerance=1e-4,
-            ),
+            _theirs(peer_exudyn.simulate, truth, elements=elements, step=step, shear=shear, **given),
             note=f"shear {shear:g} EA",
         )
         for shear in (10.0, 100.0)
@@ -206,29 +198,16 @@ def exudyn_planar_runs(truth: float) -> list[Attempt]:
 
 def exudyn_ribbon_runs(truth: float) -> list[Attempt]:
     """Exudyn's geometrically exact 3D beam."""
-    choices: list[tuple[int, float, bool, str]] = [
-        (40, 1e-2, True, ""),
-        (40, 1e-2, False, "full Newton"),
-        (80, 1e-2, False, "full Newton"),
-    ]
+    given: dict[str, Any] = {"scene": RIBBON, "step": 1e-2, "shear": 1.0, "newton_tolerance": 1e-5}
     return [
         Attempt(
             "Exudyn",
             f"{elements} linear",
-            f"{step:g} s",
-            _theirs(
-                peer_exudyn.simulate,
-                truth,
-                scene=RIBBON,
-                elements=elements,
-                step=step,
-                shear=1.0,
-                newton_tolerance=1e-5,
-                modified_newton=modified,
-            ),
-            note=note,
+            "0.01 s",
+            _theirs(peer_exudyn.simulate, truth, elements=elements, modified_newton=modified, **given),
+            note="" if modified else "full Newton",
         )
-        for elements, step, modified, note in choices
+        for elements, modified in ((40, True), (40, False), (80, False))
     ]
 
 
@@ -245,30 +224,6 @@ def pyelastica_runs(scene: Scene, truth: float, choices: Sequence[tuple[int, flo
     ]
 
 
-def cheapest(runs: Sequence[Attempt], error: float = ERROR) -> Attempt | None:
-    """The cheapest of the runs whose error is at most `error`; None if there is none."""
-    good = [run for run in runs if run.error is not None and abs(run.error) <= error]
-    return min(good, key=lambda run: run.seconds or 0.0, default=None)
-
-
-def settled(runs: Sequence[Attempt], error: float = ERROR) -> Attempt | None:
-    """The cheapest run whose error, and that of all finer ones of its kind, is at most `error`.
-
-    Errors of the mesh and of the step may have opposite signs, and cancel in some run by chance.
-    Of the same kind are runs with the same note; finer ones have no fewer elements, no longer step.
-    """
-
-    def key(run: Attempt) -> tuple[str, int, float]:
-        return run.note, int(run.resolution.split()[0]), -float(run.step.split()[0])
-
-    def keeps(run: Attempt) -> bool:
-        note, mesh, step = key(run)
-        finer = [r for r in runs if key(r)[0] == note and key(r)[1] >= mesh and key(r)[2] >= step]
-        return all(r.error is not None and abs(r.error) <= error for r in finer)
-
-    return cheapest([run for run in runs if keeps(run)], error)
-
-
 def branch_runs(program: peer_auto.Auto | None) -> list[Attempt]:
     """The static branch by elements, and by AUTO where there is a `program`."""
     truth = [fold.angle for fold in kirchhoff.equilibria(BRANCH, elements=48).folds[:FOLDS]]
@@ -276,12 +231,11 @@ def branch_runs(program: peer_auto.Auto | None) -> list[Attempt]:
     def worst(angles: Sequence[float]) -> float:
         return float(np.abs(np.array(angles[:FOLDS]) - truth).max())
 
-    def ours(elements: int, unstable: int) -> Callable[[], tuple[float, float]]:
+    def ours(elements: int, unstable: int) -> Go:
         def go() -> tuple[float, float]:
             begin = time.process_time()
             folds = kirchhoff.equilibria(BRANCH, elements=elements, unstable=unstable).folds
-            seconds = time.process_time() - begin
-            return worst([fold.angle for fold in folds]), seconds
+            return worst([fold.angle for fold in folds]), time.process_time() - begin
 
         return go
 
@@ -297,19 +251,14 @@ def branch_runs(program: peer_auto.Auto | None) -> list[Attempt]:
     if program is None:
         return runs
 
-    def theirs(**policy: Any) -> Callable[[], tuple[float, float]]:
+    def theirs(**policy: Any) -> Go:
         def go() -> tuple[float, float]:
             found = program.run(folds=FOLDS, **policy)
             return worst(found.folds), found.seconds
 
         return go
 
-    for intervals, largest in ((25, 2.5), (25, 2.0), (50, 1.5), (25, 5.0)):
-        run = Attempt(
-            "AUTO-07p",
-            f"{intervals} x 4",
-            f"DSMAX {largest:g}",
-            theirs(intervals=intervals, largest=largest),
-        )
-        runs.append(run)
-    return runs
+    return runs + [
+        Attempt("AUTO-07p", f"{n} x 4", f"DSMAX {most:g}", theirs(intervals=n, largest=most))
+        for n, most in ((25, 2.5), (25, 2.0), (50, 1.5), (25, 5.0))
+    ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from compare.external import auto as peer_auto
 from compare.external import exudyn as peer_exudyn
 from compare.external import pyelastica as peer_pyelastica
 from compare.report.registry import Command
-from compare.report.section import Drawing, Table
-from compare.sweep import Progress, Sweep
+from compare.report.section import Column, Drawing, Table
+from compare.studies.study import here
+from compare.sweep import Sweep
 from ribbonfem import elastica
 from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
@@ -29,6 +31,7 @@ from .attempts import (
     Attempt,
     Timing,
     alternate,
+    attempted,
     branch_runs,
     cheapest,
     elastica_runs,
@@ -40,8 +43,6 @@ from .attempts import (
 )
 
 DEFAULTS = "The elastica with its defaults"
-COLUMNS = ["code", "resolution", "step", "error", "CPU s", "ratio, min", "median", "max", "note"]
-FORMATS = ["s", "s", "s", ".1e", ".3f", ".2f", ".2f", ".2f", "s"]
 
 
 def _draw(runs: Sequence[Timing]) -> Any:
@@ -82,6 +83,18 @@ def _ratios(chosen: dict[str, Timing], taken: Array) -> list[str]:
     return words
 
 
+def _ratio(which: int, run: Timing) -> float | None:
+    return None if run.ratio is None else run.ratio[which]
+
+
+_COLUMNS: list[Column] = [
+    *(("code", "s", "code"), ("resolution", "s", "resolution"), ("step", "s", "step")),
+    *(("error", ".1e", "error"), ("CPU s", ".3f", "seconds")),
+    *((name, ".2f", partial(_ratio, k)) for k, name in enumerate(("ratio, min", "median", "max"))),
+    ("note", "s", "note"),
+]
+
+
 @dataclass(frozen=True)
 class Peers:
     """What was found.
@@ -109,7 +122,7 @@ class Peers:
     lacking: tuple[str, ...]
 
 
-def _planar(truth: float, rounds: int, explicit: bool, progress: Progress) -> dict[str, Any]:
+def _planar(truth: float, rounds: int, explicit: bool, sweep: Sweep) -> dict[str, Any]:
     """The planar snap in every code: `Peers`'s planar, shown, chosen and taken."""
     choices = ((10, None), (8, 1e-4), (8, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
     own, rods = elastica_runs(truth, True, choices), rod_runs(PLANAR, truth)
@@ -118,8 +131,7 @@ def _planar(truth: float, rounds: int, explicit: bool, progress: Progress) -> di
     # the last is past its step limit, and says nothing
     verlet = pyelastica_runs(PLANAR, truth, ((25, 2.5e-5), (51, 2.5e-5), (51, 5e-5))) if explicit else []
     planar = own + stiff + rods + exudyn + verlet
-    for run in progress("planar snap", planar):
-        run.once()
+    attempted("planar snap", planar, sweep)
     # the first is what the ratios are to
     duel: dict[str, Attempt] = {}
     for what, chosen in (
@@ -133,36 +145,34 @@ def _planar(truth: float, rounds: int, explicit: bool, progress: Progress) -> di
     ):
         if chosen is not None and chosen not in duel.values():
             duel[what] = chosen
-    taken = alternate(list(duel.values()), rounds)
-    base = next(iter(duel.values()))
+    taken = alternate(list(duel.values()), rounds, sweep)
+    base = next(iter(duel.values())).timing.seconds
     for run in verlet:
         # too long for turns: one run against the median of the first
-        if run.seconds and base.seconds:
-            run.ratio = (None, run.seconds / base.seconds, None)
-    dropped = [r for r in exudyn if not r.ratio and r.note != "shear 100 EA"]
+        if run.timing.seconds and base:
+            run.keep(ratio=(None, run.timing.seconds / base, None))
+    dropped = [run for run in exudyn if not run.timing.ratio and run.timing.note != "shear 100 EA"]
     return {
-        "planar": tuple(run.timing() for run in planar),
+        "planar": tuple(run.timing for run in planar),
         "shown": tuple(k for k, run in enumerate(planar) if run not in dropped),
-        "chosen": {what: run.timing() for what, run in duel.items()},
+        "chosen": {what: run.timing for what, run in duel.items()},
         "taken": taken,
     }
 
 
-def _branch(auto: bool, rounds: int, progress: Progress) -> tuple[Timing, ...]:
+def _branch(auto: bool, rounds: int, sweep: Sweep) -> tuple[Timing, ...]:
     """The static branch, by elements and by AUTO where it is."""
     program = None if peer_auto.missing() or not auto else peer_auto.Auto(BRANCH)
     try:
-        static = branch_runs(program)
-        for run in progress("static branch", static):
-            run.once()
+        static = attempted("static branch", branch_runs(program), sweep)
         for run in static:
-            if run.error is not None and run.error > 1e-3:
-                run.note = "jumps onto the detached curve of equilibria: other folds"
-        alternate([run for run in static if run.error is not None and run.error < 1e-6], rounds)
+            if run.timing.done and run.timing.off > 1e-3:
+                run.keep(note="jumps onto the detached curve of equilibria: other folds")
+        alternate([run for run in static if run.timing.off < 1e-6], rounds, sweep)
     finally:
         if program is not None:
             program.close()
-    return tuple(run.timing() for run in static)
+    return tuple(run.timing for run in static)
 
 
 def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sweep | None = None) -> Peers:
@@ -173,7 +183,7 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     One thread; CPU seconds of the solve alone of the others, of the whole call of ours; the
     ratios are of runs by turns.  --no-explicit leaves out the long runs of PyElastica.
     """
-    progress = sweep.progress if sweep else Progress()
+    alone = here(sweep)
     whole_number("rounds", rounds, 1, 1000)
     lacking = [
         text for text in (peer_exudyn.missing(), peer_pyelastica.missing(), peer_auto.missing()) if text
@@ -184,18 +194,16 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     der.simulate(short, nodes=21)
     truth, turned = attempts.planar_truth(), attempts.ribbon_truth()
     slow = explicit and not peer_pyelastica.missing()
-    planar = _planar(truth, rounds, slow, progress)
+    planar = _planar(truth, rounds, slow, alone)
     ribbon = rod_runs(RIBBON, turned)
     ribbon += [] if peer_exudyn.missing() else exudyn_ribbon_runs(turned)
     ribbon += pyelastica_runs(RIBBON, turned, ((51, 2.5e-5),)) if slow else []
-    for run in progress("ribbon snap", ribbon):
-        run.once()
     return Peers(
         truth=truth,
         turned=turned,
         rounds=rounds,
-        ribbon=tuple(run.timing() for run in ribbon),
-        branch=_branch(auto, rounds, progress),
+        ribbon=tuple(run.timing for run in attempted("ribbon snap", ribbon, alone)),
+        branch=_branch(auto, rounds, alone),
         lacking=tuple(lacking),
         **planar,
     )
@@ -219,28 +227,22 @@ def tables(found: Peers) -> list[Table]:
         "shear stiffness is noted, PyElastica's is what it sets, and alone moves the snap by some 1e-3."
     )
     return [
-        Table(
-            "Planar snap (0.40, 0), 0.1 rad/s, nu = 1",
-            COLUMNS,
-            [found.planar[k].row() for k in found.shown],
-            FORMATS,
-            note,
-        ),
-        Table(
-            "Ribbon snap (0.40, 0.37) from U+S-, 0.1 rad/s, nu = 1",
-            COLUMNS,
-            [r.row() for r in found.ribbon],
-            FORMATS,
-            "One run each. Exudyn starts from the static state of kirchhoff.",
-        ),
-        Table(
-            "The branch of (0.40, 0.40): four folds, the largest error of them",
-            COLUMNS,
-            [r.row() for r in found.branch],
-            FORMATS,
-            f"Ratios: to the first row, {found.rounds} runs by turns. AUTO: intervals x collocation points, "
-            "and its largest step; it starts from a given state, which kirchhoff finds by itself.",
-        ),
+        Table.of(title, rows, _COLUMNS, said)
+        for title, rows, said in (
+            ("Planar snap (0.40, 0), 0.1 rad/s, nu = 1", [found.planar[k] for k in found.shown], note),
+            (
+                "Ribbon snap (0.40, 0.37) from U+S-, 0.1 rad/s, nu = 1",
+                found.ribbon,
+                "One run each. Exudyn starts from the static state of kirchhoff.",
+            ),
+            (
+                "The branch of (0.40, 0.40): four folds, the largest error of them",
+                found.branch,
+                f"Ratios: to the first row, {found.rounds} runs by turns. AUTO: intervals x collocation "
+                "points, and its largest step; it starts from a given state, which kirchhoff finds "
+                "by itself.",
+            ),
+        )
     ]
 
 
@@ -254,10 +256,10 @@ def values(found: Peers) -> dict[str, Any]:
     return {
         "planar_truth": found.truth,
         "ribbon_truth": found.turned,
-        "planar": [vars(run) for run in found.planar],
-        "ribbon": [vars(run) for run in found.ribbon],
-        "branch": [vars(run) for run in found.branch],
-        "chosen": {what: vars(run) for what, run in found.chosen.items()},
+        "planar": [asdict(run) for run in found.planar],
+        "ribbon": [asdict(run) for run in found.ribbon],
+        "branch": [asdict(run) for run in found.branch],
+        "chosen": {what: asdict(run) for what, run in found.chosen.items()},
         "missing": list(found.lacking),
     }
 

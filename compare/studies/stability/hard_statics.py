@@ -17,13 +17,16 @@ from ribbonfem.results import Branch, Fold
 
 from .hard_cases import (
     CASES,
+    COARSE,
     ELASTICA,
     PATH_1,
     PLANAR,
     QUASILINEAR,
+    RAISED,
     RODS,
     UNBROKEN,
     WEIGHTLESS,
+    WRONG,
     is_refusal,
     told,
 )
@@ -62,15 +65,7 @@ _OFF = 0.01
 # a tenth of the longest step of a continuation
 _SHORT = Steps(largest=0.1 * Steps().largest)
 
-GOOD, ALONE, COARSE, RAISED, REFUSED, WRONG, ABSENT = REST_STATUSES = (
-    "right",
-    "unconfirmed",
-    "coarse mesh",
-    "raised",
-    "refused with reason",
-    "WRONG",
-    "not for this model",
-)
+SOUND, ALONE, TOLD, ABSENT = "right", "unconfirmed", "refused with reason", "not for this model"
 
 _FORKS = "the planar state forks sideways before its fold: an error must say so"
 _NEUTRAL = "turns freely about x: no isolated state"
@@ -123,7 +118,7 @@ def _attempt(call: Callable[[], Any]) -> Any:
 def _failure(scene: str, model: str, verb: str, error: Exception, reason: str) -> StaticVerdict:
     """The verdict on an error: a refusal only if it is foreseen and names what cannot be."""
     note = f"{reason}. It says: {told(error)}" if reason else told(error)
-    return StaticVerdict(scene, model, verb, REFUSED if reason and is_refusal(error) else RAISED, note)
+    return StaticVerdict(scene, model, verb, TOLD if reason and is_refusal(error) else RAISED, note)
 
 
 def _angles(found: Any) -> list[float]:
@@ -153,8 +148,8 @@ def _judge_folds(
     if wanted is None:
         return StaticVerdict(scene, model, "folds", ALONE, "no other model gives it", first, len(angles))
     off = _off(angles, wanted)
-    status, note = (GOOD, "") if off <= allowed else (WRONG, f"more than {allowed:.1e} from {wanted}")
-    if status == GOOD and off > _OFF * max((abs(angle) for angle in wanted), default=math.inf):
+    status, note = (SOUND, "") if off <= allowed else (WRONG, f"more than {allowed:.1e} from {wanted}")
+    if status == SOUND and off > _OFF * max((abs(angle) for angle in wanted), default=math.inf):
         # what it tends to is right, and shown so by finer meshes; what a newcomer is given is not
         status, note = COARSE, f"tends to {wanted}, from which its default mesh is more than {_OFF:.0%} off"
     error = None if math.isinf(off) else off
@@ -175,7 +170,7 @@ def _judge_curve(scene: str, model: str, curve: Any, folds: Any, reason: str) ->
         for fold in wanted
         if min((abs(fold.angle - f.angle) for f in curve.folds), default=1.0) > 1e-7
     ]
-    status, note = (WRONG, f"folds {missing} are not on the curve") if missing else (GOOD, "")
+    status, note = (WRONG, f"folds {missing} are not on the curve") if missing else (SOUND, "")
     first = curve.folds[0].angle if curve.folds else None
     return StaticVerdict(scene, model, "equilibria", status, note, first, len(curve.folds))
 
@@ -229,7 +224,7 @@ def _judge_curves(name: str, scene: Scene, elements: Any, rods: Any, reason: str
     verdicts = []
     for model, folds in ((KIRCHHOFF, elements), (RODS, rods)):
         verdict = _judge_curve(name, model, curves[model][0], folds, reason)
-        if model in jumps and verdict.status == GOOD:
+        if model in jumps and verdict.status == SOUND:
             status = WRONG if "leaves" in jumps[model] else ALONE
             verdict = replace(verdict, status=status, note=jumps[model])
         verdicts.append(verdict)
