@@ -465,14 +465,24 @@ class Scene:
 
     def require_planar(self, model: str) -> None:
         """Raise a `SceneError` if a planar `model` is asked for a scene that leaves its plane."""
+        if self.planar:
+            return
+        across = ("shear", *TWISTS)
+        moved = [name for name in across if name in self.drives.moved]
+        what = f"Scene.drive = {self.drive!r}"
         if self.shear != 0.0:
-            raise SceneError(f"Scene.shear = {self.shear!r}: {model} is planar and takes only shear = 0")
-        if not self.planar:
-            names = [n for n in ("shear", *TWISTS) if n in self.drives.moved or n in self.preset]
-            what = f"{names[0]!r}" if names else "gravity along y" if self.weight[1] else "Ribbon.twist"
-            raise SceneError(
-                f"Scene: {what} leaves the plane: {model} is planar; kirchhoff and der follow it"
-            )
+            what = f"Scene.shear = {self.shear!r}"
+        elif not moved:
+            preset = {name: value for name, value in self.preset.items() if name in across}
+            what = f"Ribbon.twist = {self.ribbon.twist!r}"
+            if preset:
+                what = f"Scene.preset = {preset!r}"
+            elif self.weight[1]:
+                what = f"Scene.gravity = {self.gravity!r}"
+        raise SceneError(
+            f"{what}: leaves the plane, and {model} is planar: without shear, twist and weight along y; "
+            "kirchhoff and der have them"
+        )
 
     def require_bare(self, model: str, controls: tuple[str, ...]) -> None:
         """Raise a `SceneError` if a `model` that moves these controls alone is asked for more."""

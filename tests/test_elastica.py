@@ -293,7 +293,7 @@ def test_a_rig_is_the_same_at_rest_and_in_motion(extensible, elements):
     curvature = np.random.default_rng(1).normal(size=(elements, P))
     problem = Statics(scene(), elements, extensible, Rig(controls, moves, np.array([0.4, -1.5]), curvature))
     state, line = equilibrium(problem, problem.start(), 0.2)
-    model = motion.Motion(problem, motion.at_rest(problem, state, 0.2), ESDIRK4, 4).model
+    model = motion.Motion(problem, motion.at_rest(problem, state), ESDIRK4, 4).model
     model.scratch.controls[:, 0] = problem.controls(0.2)
     loop._put_loads(model)
     _residual(model.beam, model.solver, model.motion.u, model.scratch.known, 0.0)

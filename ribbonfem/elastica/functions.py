@@ -17,8 +17,8 @@ from ribbonfem.continuation.curves import (
     whole_curve,
 )
 from ribbonfem.delay import NormalForm, normal_form, scene_departure
-from ribbonfem.options import checked
-from ribbonfem.results import Array, Branch, Fold, History, Instability
+from ribbonfem.options import checked, flag
+from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_from
 from ribbonfem.scene import Scene, SceneError
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.kernels import Scheme
@@ -29,6 +29,7 @@ from ribbonfem.tableaus import Tableau
 from . import motion
 from . import out_of_plane as sideways
 from .problem import Statics, _State
+from .states import named
 
 __all__ = [
     "equilibria",
@@ -46,39 +47,42 @@ AT_REST, ELEMENTS = 16, 8
 TOLERANCE = 3e-5
 
 
-def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
-    """The equations of a beam that buckles.
+def _problem(scene: Scene, elements: int, extensible: bool) -> tuple[Statics, _State]:
+    """The equations of a beam that buckles, and a guess at its start.
 
     Raises
     ------
     SceneError, OptionError
-        For a sheared scene, one that its stretch keeps flat, a mesh that cannot be.
+        For a scene that is not planar, one that its stretch keeps flat, a mesh that cannot be; where
+        the start is lost while what acts is brought on.
     """
-    problem = Statics(scene, elements, extensible)
-    if not extensible:
-        return problem
-    scene.require_buckled()
-    above = scene.compression - scene.ribbon.euler_shortening
-    if above < 1e-3 * scene.compression:
+    if flag("extensible", extensible):
+        scene.require_planar("elastica")
+        scene.require_buckled()
+    problem, start = named(scene, elements, extensible)
+    above = scene.compression - scene.ribbon.euler_shortening if extensible else np.inf
+    if above < 1e-3 * scene.compression and not scene.dressed:
         # this close a mesh may be below its own Euler's load
-        state, _ = equilibrium(problem, problem.start(), 0.0)
-        height = problem.observe(state, 0.0)[0]
+        height = problem.observe(equilibrium(problem, start, 0.0)[0], 0.0)[0]
         if not problem.side * height > 0.1 * above**0.5:
             raise SceneError(
                 f"Scene.compression = {scene.compression!r}: so close above Euler's load, "
                 f"{scene.ribbon.euler_shortening!r}, the beam of {problem.elements} elements stays flat"
             )
-    return problem
+    return problem, start
 
 
-def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[Event[_State], ...]:
+def _folds(
+    problem: Statics, start: _State, scene: Scene, steps: Steps | None = None
+) -> tuple[Event[_State], ...]:
     """As `ramp_folds`, which looks where a ramp lands beyond each fold.
 
     A clamp that is turned against its beam meets one, beyond which the beam is on the other side.
     """
     limit = 2.0 * math.pi if scene.furthest is None else abs(scene.furthest)
-    if scene.turning and scene.drive in ("left", "right") and scene.direction * problem.side > 0.0:
-        point = first_point(problem, problem.start(), 0.0, scene.direction)
+    plain = scene.drive in ("left", "right") and not scene.dressed
+    if plain and scene.direction * problem.side > 0.0:
+        point = first_point(problem, start, 0.0, scene.direction)
         for segment in trace(problem, point, (-limit, limit), steps):
             if segment.end.index or segment.events:
                 fold = segment.events[0] if segment.events else None
@@ -87,7 +91,7 @@ def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[
                 break
         else:
             return ()
-    return ramp_folds(problem, problem.start(), scene, steps)
+    return ramp_folds(problem, start, scene, steps)
 
 
 @checked
@@ -106,10 +110,10 @@ def folds(
     Raises
     ------
     SceneError, OptionError, SolverError
-        For a sheared scene, a mesh that cannot be, a continuation that fails.
+        For a scene that is not planar, a mesh that cannot be, a continuation that fails.
     """
-    problem = _problem(scene, elements, extensible)
-    found = _folds(problem, scene, steps)
+    problem, start = _problem(scene, elements, extensible)
+    found = _folds(problem, start, scene, steps)
     of = {"model": "elastica", "scene": scene, "policy": {"elements": elements, "extensible": extensible}}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
@@ -123,18 +127,16 @@ def instabilities(
     In the plane by the curve of equilibria, out of it by the second variation.  Parameters and errors as in
     `folds`.
     """
-    problem = _problem(scene, elements, extensible)
+    problem, start = _problem(scene, elements, extensible)
     of: dict[str, Any] = {"model": "elastica"}
     of["policy"] = {"elements": elements, "extensible": extensible}
-    found = ramp_events(problem, problem.start(), scene, steps)
+    found = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in found]
-    control = sideways.lost_at(problem, scene)
-    if math.isnan(control) or (points and abs(points[0].control) < abs(control)):
+    across = sideways.lost_at(problem, start, scene)
+    if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
         return tuple(points)
-    state = problem.start()
-    for part in np.linspace(0.0, control, 25):
-        state, _ = equilibrium(problem, problem.advance(state, np.zeros(len(problem.weight)), part), part)
-    height, _, load = problem.observe(state, control)
+    control = float(across.parameter)
+    height, _, load = problem.observe(across.state, control)
     # the planar state is its own mirror image: no quadratic term; the cubic one is not known in the plane
     return (Instability(control, "pitchfork", False, True, height, load, scene=scene, **of),)
 
@@ -147,21 +149,21 @@ def normal_forms(
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
-    problem = _problem(scene, elements, extensible)
-    return tuple(normal_form(problem, fold) for fold in _folds(problem, scene))
+    problem, start = _problem(scene, elements, extensible)
+    return tuple(normal_form(problem, fold) for fold in _folds(problem, start, scene))
 
 
 @checked
 def leaves_plane(scene: Scene, *, elements: int = AT_REST, extensible: bool = False) -> float:
-    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+    """The control at which the planar state at rest loses its stability out of its plane.
 
-    From the second variation, bending about the normal and twist, of the states from alpha = 0 in
+    From the second variation, bending about the normal and twist, of the states from the control's start in
     the direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in
     `folds`.
 
     Returns
     -------
-    NaN where they do not lose it; 0 where the start has not got it.
+    NaN where they do not lose it; where the control starts, where the start has not got it.
     """
     _problem(scene, elements, extensible)
     return sideways.leaves_plane(scene, elements, extensible)
@@ -173,8 +175,8 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extens
 
     Parameters and errors as in `folds`.
     """
-    problem = _problem(scene, elements, extensible)
-    return motion.vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
+    problem, start = _problem(scene, elements, extensible)
+    return motion.vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
 
 
 @checked
@@ -189,13 +191,13 @@ def equilibria(
 ) -> Branch:
     """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` with 0 inside, (-1.5, 1.5) of angles by default.  The curve
-    climbs through
-    ever higher modes: it ends with the first state of more than `unstable` unstable directions.
+    Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
+    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve climbs through ever
+    higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
-    problem = _problem(scene, elements, extensible)
+    problem, start = _problem(scene, elements, extensible)
     span = span or span_of(scene)
-    curve = whole_curve(problem, problem.start(), span, steps, unstable)
+    curve = whole_curve(problem, start, span, steps, unstable, scene.begin)
     policy = {"elements": elements, "extensible": extensible, "span": span, "unstable": unstable}
     return curve.as_branch(scene, policy, "elastica", problem.arclength)
 
@@ -207,6 +209,7 @@ def _integrated(
     control: Control,
     held: Held | None = None,
     every: int | None = None,
+    since: float = 0.0,
 ) -> Motion:
     """The motion from an equilibrium, or held beside it."""
     u = motion.at_rest(problem, state)
@@ -214,7 +217,7 @@ def _integrated(
     def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
         return motion.Motion(problem, u, scheme, rows, velocity)
 
-    return integrate("elastica", begin, scene, control, len(problem.arclength), held, every)
+    return integrate("elastica", begin, scene, control, len(problem.arclength), held, every, since)
 
 
 @checked
@@ -234,7 +237,7 @@ def simulate(
 
     Parameters
     ----------
-    scene: a planar scene with a `stop`.
+    scene: a planar scene with a `stop` or a `schedule`.
     elements: of degree 5, at least 4; errors fall as elements^-10.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
@@ -258,15 +261,19 @@ def simulate(
     Raises
     ------
     SceneError, OptionError
-        For a sheared scene, one without `stop`, a policy that cannot be.
+        For a scene that is not planar, one without `stop`, a policy that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
-    problem = _problem(scene, elements, extensible)
+    problem, start = _problem(scene, elements, extensible)
     scene.require_stop()
-    state, _ = equilibrium(problem, problem.start(), 0.0)
-    moved = _integrated(problem, state, scene, control, every=every)
+    state, _ = equilibrium(problem, start, scene.begin)
+    since = 0.0
+    if until == "snap" and not scene.usual:
+        # a snap is asked for: what is one is said by the states at rest
+        since = snaps_from(scene, "elastica", {"elements": elements, "extensible": extensible}) / problem.unit
+    moved = _integrated(problem, state, scene, control, every=every, since=since)
     policy = {
         "elements": elements,
         "extensible": extensible,
@@ -309,8 +316,8 @@ def escape(
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
-    problem = _problem(scene, elements, extensible)
-    found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
+    problem, start = _problem(scene, elements, extensible)
+    found, duration = scene_departure(problem, start, scene, fold, amplitude)
     velocity = problem.moving(found.state, found.velocity)
     # the right clamp, to the last digit
     velocity[-1] = 0.0

@@ -72,11 +72,11 @@ def _once(table: Array) -> Array:
     return whole
 
 
-def at_rest(problem: Statics, state: _State, parameter: float = 0.0) -> Array:
+def at_rest(problem: Statics, state: _State) -> Array:
     """The state (G, ROWS, WIDTH) of the time loop in an equilibrium."""
     x, z = problem.shape(state)
     # the right clamp, to the last digit
-    controls = problem.controls(parameter)
+    controls = problem.controls(state.at)
     x[-1], z[-1] = problem.chord - controls[COMPRESSION], controls[LIFT]
     force = problem.force(state).reshape(problem.elements, 2 * P)
     nodes = problem.nodes

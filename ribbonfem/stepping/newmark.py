@@ -82,6 +82,7 @@ def integrate(
     nodes: int,
     held: Held | None = None,
     every: int | None = None,
+    since: float = 0.0,
 ) -> Motion:
     """Step a beam from rest in an equilibrium through the scene's ramp and hold.
 
@@ -97,6 +98,7 @@ def integrate(
     name: of the model.
     begin: makes the beam, for a method, so many rows, and a first velocity.
     nodes: whose positions are handed out.
+    since: t*, from when on a passage of zero is the snap that ends a run.
 
     Raises
     ------
@@ -113,6 +115,7 @@ def integrate(
         scene,
         control,
         ends,
+        since,
         newton=FIXED_REST if control.tolerance is None else REST * control.tolerance,
         every=every or 1,
         gain=GAIN,
@@ -122,7 +125,7 @@ def integrate(
     if name not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(name)
-        short = ramp._replace(ends=held_ends(scene, 0.0, 1e-6), end=1e-6, fixed=1e-6)
+        short = ramp._replace(ends=held_ends(scene, scene.begin, 1e-6), end=1e-6, fixed=1e-6)
         begin(scheme, 8, velocity).run(short, np.empty((8, kernels.ROW_SIZE)))
     kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
     kept.kinks = ramp.ends.kinks

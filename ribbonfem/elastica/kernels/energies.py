@@ -31,6 +31,21 @@ def kinetic_energy(beam: Beam, v: Array) -> float:
     return 0.5 * summed(total)
 
 
+@compiled(**OPTIONS)
+def potential_energy(beam: Beam, u: Array) -> float:
+    """Of the weight."""
+    wx, wz = beam.weight[0], beam.weight[1]
+    if wx == 0.0 and wz == 0.0:
+        return 0.0
+    total = spread(0.0)
+    for group in range(u.shape[0]):
+        share = spread(0.0)
+        for i in range(P + 1):
+            share += beam.mass[i] * (wx * load(u, (group, i)) + wz * load(u, (group, Z + i)))
+        total += load(beam.real, (group,)) * share
+    return -summed(total)
+
+
 @compiled(**INLINED)
 def _moment_at(beam: Beam, k: int, i: int, bent: Value, natural: Value, along: Value, across: Value) -> Value:
     """What a Gauss point has of the moment on node i of its element."""
@@ -67,10 +82,10 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
     if controls[RIGHT, 1] != 0.0:
         total += controls[RIGHT, 1] * clamp_moment(beam, u, group, place, P)
     if controls[COMPRESSION, 1] != 0.0 or controls[LIFT, 1] != 0.0:
-        # with the inertia of the node that it holds
+        # with the inertia and the weight of the node that it holds
         mass = beam.mass[P]
-        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1])
-        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1])
+        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1] + beam.weight[0])
+        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1] - beam.weight[1])
         for k in range(P):
             x += beam.coupling[k, P] * u[group, FORCE + 2 * k, place]
             z += beam.coupling[k, P] * u[group, FORCE + 2 * k + 1, place]

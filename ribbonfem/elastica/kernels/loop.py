@@ -33,7 +33,7 @@ from . import condensed, consistent, residual, tangent
 from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
-from .energies import elastic_state, kinetic_energy, power, summed
+from .energies import elastic_state, kinetic_energy, potential_energy, power, summed
 
 # an angle counts as a tenth of a length
 ANGLE = 0.1
@@ -289,7 +289,7 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     elastic, force = elastic_state(model.beam, u)
     kinetic = kinetic_energy(model.beam, v)
     work = power(model.beam, u, v, model.scratch.controls, nu)
-    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, work, force
+    return kinetic, elastic, potential_energy(model.beam, u), 2.0 * nu * kinetic, work, force
 
 
 @compiled(**OPTIONS)
