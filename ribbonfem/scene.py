@@ -441,10 +441,16 @@ class Scene:
     def at_rest(self) -> Scene:
         """The scene without its ramp: what its equilibria depend on."""
         begin = self.begin
-        still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, begin + self.direction), "linear")
+        still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, self._beyond), "linear")
         return replace(
             self, rate=1.0 if still is None else _RATE, stop=None, hold=0.0, damping=0.0, schedule=still
         )
+
+    @property
+    def _beyond(self) -> float:
+        """Where a schedule that does not begin at 0 leads, or the control could, at rest."""
+        far = self.furthest
+        return self.begin + 1e-3 * self.direction if far is None or far == self.begin else far
 
     @cached_property
     def scaled_rate(self) -> float:

@@ -18,13 +18,12 @@ from ribbonfem.options import checked
 from ribbonfem.results import Array, Branch, Fold, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
-from ribbonfem.stepping.kernels import Scheme
 from ribbonfem.stepping.motion import Motion
 from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
 from . import motion
-from .problem import Statics, _State
+from .problem import Statics
 
 __all__ = [
     "ClosedFormBranch",
@@ -129,20 +128,17 @@ def equilibria(
 
 
 def _integrated(
-    problem: Statics,
-    state: _State,
-    scene: Scene,
-    control: Control,
-    held: Held | None = None,
-    every: int | None = None,
+    problem: Statics, begin: dict[str, Array], scene: Scene, control: Control, **options: Any
 ) -> Motion:
-    """The motion from an equilibrium, or held beside it."""
-
-    def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
-        return motion.Motion(problem, state, scheme, rows, velocity)
-
-    scaled = control.in_units_of(problem.scale)
-    return integrate("quasilinear", begin, scene, scaled, len(problem.arclength), held, every)
+    """The motion from a state."""
+    return integrate(
+        "quasilinear",
+        lambda scheme, rows: motion.Motion(problem, begin, scheme, rows),
+        scene,
+        control.in_units_of(problem.scale),
+        len(problem.arclength),
+        **options,
+    )
 
 
 @checked
@@ -194,7 +190,7 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
     problem = Statics(scene, elements, degree)
     scene.require_stop()
-    moved = _integrated(problem, problem.start(), scene, control, every=every)
+    moved = _integrated(problem, motion.at_rest(problem, problem.start()), scene, control, every=every)
     policy = {
         **problem.policy,
         "method": method,
@@ -240,9 +236,8 @@ def escape(
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem = Statics(scene, elements, degree)
     found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
-    moved = _integrated(
-        problem, found.state, scene, control, Held(found.form.angle, found.velocity[:-1], duration)
-    )
+    begin = motion.at_rest(problem, found.state) | {"v": found.velocity[:-1]}
+    moved = _integrated(problem, begin, scene, control, held=Held(found.form.angle, duration))
     policy = {
         "fold": fold,
         "amplitude": amplitude,

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, load, spread
+from ribbonfem.jit.simd import WIDTH, lane, load, spread, summed
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .beam import FORCE, Beam, P, Z
+from .law import moment_of, stretch_of
 from .points import Value, cosine_sine, interpolated, resolved
-
-
-@compiled(**INLINED)
-def summed(value: Value) -> float:
-    """The four of a value together."""
-    return (lane(value, 0) + lane(value, 1)) + (lane(value, 2) + lane(value, 3))
 
 
 @compiled(**OPTIONS)
@@ -47,10 +42,10 @@ def potential_energy(beam: Beam, u: Array) -> float:
 
 
 @compiled(**INLINED)
-def _moment_at(beam: Beam, k: int, i: int, bent: Value, natural: Value, along: Value, across: Value) -> Value:
+def _moment_at(beam: Beam, group: int, k: int, i: int, bent: Value, along: Value, across: Value) -> Value:
     """What a Gauss point has of the moment on node i of its element."""
-    moment = beam.coupling[k, i] * (bent * (1.0 / beam.weights[k]) - natural)
-    return moment - (beam.value[k, i] * beam.weights[k]) * (1.0 + beam.soft * along) * across
+    moment = beam.coupling[k, i] * moment_of(beam, group, k, bent * (1.0 / beam.weights[k]))
+    return moment - (beam.value[k, i] * beam.weights[k]) * stretch_of(beam, group, k, along) * across
 
 
 @compiled(**OPTIONS)
@@ -61,7 +56,7 @@ def clamp_moment(beam: Beam, u: Array, group: int, place: int, i: int) -> float:
         angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
         cos, sin = cosine_sine(angle)
         along, across = resolved(u, group, k, cos, sin)
-        moment += _moment_at(beam, k, i, bent, load(beam.natural, (group, k)), along, across)
+        moment += _moment_at(beam, group, k, i, bent, along, across)
     # (a lane is a constant)
     if place == 0:
         return lane(moment, 0)
@@ -103,6 +98,7 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
 def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
     """Elastic energy and mean compressive force of a state."""
     elastic = force = spread(0.0)
+    firm = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
     for group in range(u.shape[0]):
         share = pull = spread(0.0)
         for k in range(P):
@@ -110,9 +106,9 @@ def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
             angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
             along, _ = resolved(u, group, k, cos, sin)
-            natural = load(beam.natural, (group, k))
-            curved = bent * (1.0 / weight) - natural
-            share += weight * (curved * curved + beam.soft * along * along)
+            curved = bent * (1.0 / weight) - load(beam.natural, (group, k, 0))
+            longer = stretch_of(beam, group, k, along) - 1.0
+            share += weight * (curved * curved + firm * longer * longer)
             pull += weight * load(u, (group, FORCE + 2 * k))
         real = load(beam.real, (group,))
         elastic += real * share

@@ -9,7 +9,7 @@ import math
 
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store
+from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store, summed
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
@@ -33,7 +33,8 @@ from . import condensed, consistent, residual, tangent
 from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
-from .energies import elastic_state, kinetic_energy, potential_energy, power, summed
+from .energies import elastic_state, kinetic_energy, potential_energy, power
+from .law import keep_strains, know_strains, viscous_loss
 
 # an angle counts as a tenth of a length
 ANGLE = 0.1
@@ -195,6 +196,7 @@ def _rescale(model: Moving, ratio: float) -> None:
 def _begin(model: Moving, clock: Array) -> None:
     copy(model.motion.v, model.scratch.stage_v[0])
     copy(model.motion.a, model.scratch.stage_a[0])
+    copy(model.motion.strain_rate, model.scratch.stage_strain_rate[0])
     clock[KNOWN] = clock[POINTS]
     renew(clock)
 
@@ -217,12 +219,20 @@ def _stage(
     _put_loads(model)
     b, f = _know(model, m, i, h, nu)
     _guess(model, clock, at, b)
+    # (strains of one stage are known as positions of Runge-Kutta's are, by the trapezoidal rule elsewhere)
+    by_rate = f if m.kind == DIRK else 0.5 * h
+    if model.beam.retardation > 0.0:
+        know_strains(model.beam, m, model.motion, t, i, h, by_rate)
     set_turns(model.beam, t.controls, 0, t.u)
     set_places(model.beam, t.controls, 0, t.u)
     used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
     _rates(model, b, f)
     if used > 0:
         _remember(model, clock, at, t.u, t.a)
+    if model.beam.retardation > 0.0:
+        keep_strains(model.beam, t, by_rate)
+        if m.kind == DIRK:
+            copy(t.strain_rate, t.stage_strain_rate[i])
     if m.kind == DIRK:
         copy(t.v, t.stage_v[i])
         copy(t.a, t.stage_a[i])
@@ -230,9 +240,18 @@ def _stage(
 
 
 @compiled(**OPTIONS)
+def _losses(model: Moving, nu: float, kinetic: float, strain_rate: Array) -> float:
+    lost = 2.0 * nu * kinetic
+    if model.beam.retardation > 0.0:
+        lost += viscous_loss(model.beam, strain_rate)
+    return lost
+
+
+@compiled(**OPTIONS)
 def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     t = model.scratch
-    return 2.0 * nu * kinetic_energy(model.beam, t.v), power(model.beam, t.u, t.v, t.controls, nu)
+    lost = _losses(model, nu, kinetic_energy(model.beam, t.v), t.strain_rate)
+    return lost, power(model.beam, t.u, t.v, t.controls, nu)
 
 
 @compiled(**OPTIONS)
@@ -278,18 +297,21 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
     copy(t.u, y.u)
     copy(t.v, y.v)
     copy(t.a, y.a)
+    copy(t.strain, y.strain)
+    copy(t.strain_rate, y.strain_rate)
 
 
 @compiled(**OPTIONS)
 def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     """Energies, what they lose and take, mean compressive force (`ModelFunctions`)."""
-    u, v = model.motion.u, model.motion.v
+    u, v, strain_rate = model.motion.u, model.motion.v, model.motion.strain_rate
     if solved:
-        u, v = model.scratch.u, model.scratch.v
+        u, v, strain_rate = model.scratch.u, model.scratch.v, model.scratch.strain_rate
     elastic, force = elastic_state(model.beam, u)
     kinetic = kinetic_energy(model.beam, v)
     work = power(model.beam, u, v, model.scratch.controls, nu)
-    return kinetic, elastic, potential_energy(model.beam, u), 2.0 * nu * kinetic, work, force
+    lost = _losses(model, nu, kinetic, strain_rate)
+    return kinetic, elastic, potential_energy(model.beam, u), lost, work, force
 
 
 @compiled(**OPTIONS)

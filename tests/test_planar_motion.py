@@ -1,0 +1,108 @@
+"""The planar models in motion on any rig of the plane: energies, retardation, what is gone on from."""
+
+import numpy as np
+import pytest
+
+from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, elastica, kirchhoff
+from ribbonfem.options import OptionError
+
+NONE = (0.0, 0.0, 0.0)
+PLANAR = {"compression": 0.40, "shear": 0.0, "start": "U+", "gravity": NONE, "damping": 1.0}
+
+
+def balance(history):
+    e = history.energies
+    total = e["kinetic"] + e["elastic"] + e["potential"] + e["dissipated"] - e["work"]
+    return np.abs(total - total[0]).max()
+
+
+RIGS = [
+    {"drive": Drive(left=1.0, right=0.5, lift=0.05), "rate": 0.5, "stop": 0.5},
+    {"drive": "force", "rate": 10.0, "stop": 10.0},
+    {"drive": Drive(compression=1.0, force=20.0), "rate": 0.02, "stop": 0.02, "preset": {"right": 0.05}},
+    {
+        "gravity": (0.2, 0.0, -2.0),
+        "drive": Drive(lift=1.0, compression=0.5),
+        "schedule": Schedule((0.0, 0.5, 1.0), (0.01, 0.03, 0.02)),
+    },
+    {"ribbon": Ribbon(curvature=(0.0, 2.0, -1.0)), "rate": 0.5, "stop": 0.3, "start": "U-"},
+    {
+        "ribbon": Ribbon(retardation=0.1, curvature=1.0),
+        "drive": Drive(left=1.0, compression=0.05, lift=0.03),
+        "gravity": (0.3, 0.0, -1.0),
+        "preset": {"force": 0.5},
+        "rate": 0.5,
+        "stop": 0.5,
+    },
+]
+
+
+@pytest.mark.parametrize("extensible", [False, True])
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_rig_moves_as_in_three_dimensions_and_its_energies_balance(rig, extensible):
+    scene = Scene(**{**PLANAR, **rig})
+    plane = elastica.simulate(scene, extensible=extensible, tolerance=1e-6)
+    space = kirchhoff.simulate(scene, extensible=extensible, tolerance=1e-6, configurations=False)
+    # without the power of any one of what moves, or the weight, it is off by a hundredth and more
+    assert balance(plane) < 1e-4 * max(1.0, np.abs(plane.energies["work"]).max())
+    at = np.linspace(0.0, plane.time[-1], 40)[1:]
+    both = [np.interp(at, run.time, run.height) for run in (plane, space)]
+    assert np.abs(np.subtract(*both)).max() < 1e-5
+    for name in ("work", "dissipated", "potential"):
+        assert plane.energies[name][-1] == pytest.approx(space.energies[name][-1], abs=1e-4), name
+
+
+@pytest.mark.parametrize("method", ["esdirk4", "tr-bdf2", "generalised-alpha"])
+@pytest.mark.parametrize("retardation", [0.0, 0.01])
+@pytest.mark.parametrize("extensible", [False, True])
+def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(method, retardation, extensible):
+    base = {**PLANAR, "damping": 0.3, "ribbon": Ribbon(retardation=retardation)}
+
+    def run(times, values, **options):
+        scene = Scene(**base, schedule=Schedule(times, values, kind="linear"))
+        policy = {"method": method, "elements": 5, "tolerance": 1e-4, "extensible": extensible}
+        return elastica.simulate(scene, **policy, **options)
+
+    whole, first = run((0, 1, 2), (0, 0.1, 0.4)), run((0, 1), (0, 0.1))
+    second = run((0, 1), (0.1, 0.4), initial=first)
+    k = len(first) - 1
+    for name in ("time", "control", "height", "slope", "load"):
+        np.testing.assert_array_equal(getattr(whole, name)[k:], getattr(second, name))
+    for name, energy in whole.energies.items():
+        np.testing.assert_array_equal(energy[k:], second.energies[name])
+
+
+def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
+    scene = Scene(**PLANAR, preset={"lift": 0.02}, rate=0.3, stop=0.3)
+    named = elastica.simulate(scene)
+    for model in (elastica, kirchhoff):
+        given = elastica.simulate(scene, initial=model.state(scene, elements=8))
+        np.testing.assert_allclose(given.height[-1], named.height[-1], atol=1e-10)
+    state = elastica.state(scene, elements=8)
+    assert (state.name, state.index) == ("U+", 0)
+    np.testing.assert_allclose(state.force, kirchhoff.state(scene, elements=8).force, atol=1e-6)
+    # let go: the force that held it is there no more
+    pushed, let_go = Scene(**PLANAR, preset={"force": 20.0}), Scene(**PLANAR, rate=0.1, stop=0.02)
+    runs = [
+        m.simulate(let_go, initial=m.state(pushed, elements=8), tolerance=1e-6) for m in (elastica, kirchhoff)
+    ]
+    assert runs[0].energies["kinetic"].max() > 1e-2
+    assert balance(runs[0]) < 1e-4
+    at = np.linspace(0.0, 0.2, 40)
+    assert np.abs(np.subtract(*(np.interp(at, run.time, run.height) for run in runs))).max() < 1e-5
+    with pytest.raises(SceneError, match=r"clamps begin .* unturned; .* off by 0\.02"):
+        elastica.simulate(Scene(**PLANAR, rate=0.3, stop=0.3), initial=state)
+    with pytest.raises(OptionError, match=r"its nodes are not those of elements=6"):
+        elastica.simulate(scene, initial=state, elements=6)
+    with pytest.raises(OptionError, match=r"initial = .*History of elastica\.simulate"):
+        elastica.simulate(scene, initial=kirchhoff.simulate(scene, tolerance=1e-3))
+    with pytest.raises(OptionError, match=r"elements=8, extensible=False; the same are needed"):
+        elastica.simulate(scene, initial=named, extensible=True)
+
+
+def test_configurations_may_be_left_out():
+    scene = Scene(**PLANAR, rate=0.3, stop=0.1)
+    bare, whole = elastica.simulate(scene, configurations=False), elastica.simulate(scene)
+    assert not bare.configurations
+    assert set(whole.configurations) == {"positions", "curvature"}
+    np.testing.assert_array_equal(bare.height, whole.height)
