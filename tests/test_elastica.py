@@ -10,9 +10,10 @@ from ribbonfem.continuation.curves import ramp_folds
 from ribbonfem.elastica import initials, motion
 from ribbonfem.elastica.kernels import condensed, consistent, loop, points, residual, tangent
 from ribbonfem.elastica.kernels.beam import FORCE, PHI, ROWS, P, Z, solver
-from ribbonfem.elastica.problem import Rig, Statics
+from ribbonfem.elastica.problem import Statics
 from ribbonfem.elements.lobatto import ElementLineLobatto
 from ribbonfem.ends import moving
+from ribbonfem.ends.planar import Rig
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import in_fours
 from ribbonfem.jit.simd import load, store

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ribbonfem.continuation import equilibrium
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.groups import in_fours
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.initial import begun_again, require_fit, require_history
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, RIGHT
 
 from .kernels import arrays
 from .kernels.beam import PHI, P, Z

@@ -37,20 +37,16 @@ from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, parameter_weight
-from ribbonfem.drive import CONTROLS as CONTROLS_OF_SCENES
 from ribbonfem.elements.lobatto import LineTables, interpolation_at, line_tables, lobatto_weights
-from ribbonfem.ends import Ends
+from ribbonfem.ends.planar import Rig
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.kernels.controls import COMPRESSION, CONTROLS, LEFT, LIFT, PLACES, PUSH, RIGHT
 
 from .kernels import statics as kernels
 from .kernels.beam import P
-
-# where a scene has the controls of a planar beam
-PLACED = list(PLACES)
 
 
 @dataclass(frozen=True)
@@ -60,49 +56,6 @@ class _State:
     phi: Array
     force: Array
     at: float = 0.0
-
-
-@dataclass(frozen=True)
-class Rig:
-    """What is done to a beam besides its compression.
-
-    Attributes
-    ----------
-    controls: (CONTROLS,) where they stand at parameter 0 (`stepping.kernels.controls`), and `moves`, how they
-        change with it.
-    weight: (2,) along x and z, in EI2/L^3.
-    curvature: (elements, P) without a moment, phi' at the Gauss points in 1/L.
-    share: of weight and curvature, at parameter 0 and its change.
-    """
-
-    controls: Array
-    moves: Array
-    weight: Array
-    curvature: Array
-    share: tuple[float, float] = (1.0, 0.0)
-
-    @classmethod
-    def of(cls, scene: Scene, elements: int) -> Rig:
-        """What a scene's control does, and what acts besides."""
-        ends = Ends.of(scene)
-        curvature = np.zeros((elements, P))
-        if scene.ribbon.shaped:
-            curvature += scene.ribbon.natural(line_tables(elements, P).points)[0]
-        return cls(ends.fixed[PLACED], ends.moved[PLACED], ends.weight[::2].copy(), curvature)
-
-    def brought_on(self, begin: float) -> Rig:
-        """In the share of all that acts where the control is at `begin`."""
-        controls = self.controls + begin * self.moves
-        return Rig(np.zeros(CONTROLS), controls, self.weight, self.curvature, (0.0, 1.0))
-
-    @property
-    def parameter_weight(self) -> float:
-        """Of the parameter in the arclength of curves."""
-        moved = np.zeros(len(CONTROLS_OF_SCENES))
-        moved[PLACED] = self.moves
-        size = float(np.linalg.norm(self.weight)) + 10.0 * float(np.abs(self.curvature).max())
-        moved[-1] += self.share[1] * size
-        return parameter_weight(moved)
 
 
 @dataclass(frozen=True)
@@ -172,8 +125,8 @@ class Statics:
         self.elements, self.extensible = count, bool(extensible)
         self.mesh = mesh = mesh_of(count)
         self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
-        self.rig = Rig.of(scene, count) if rig is None else rig
-        self.parameter_weight = self.rig.parameter_weight
+        self.rig = Rig.of(scene, self.tables.points) if rig is None else rig
+        self.parameter_weight = parameter_weight(self.rig.moved)
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
@@ -212,8 +165,7 @@ class Statics:
 
     def controls(self, parameter: float) -> Array:
         """(CONTROLS,) at a value of the parameter."""
-        moved: Array = self.rig.controls + parameter * self.rig.moves
-        return moved
+        return self.rig.at(parameter)
 
     def force(self, state: _State) -> Array:
         """n (elements, P, 2) at the Gauss points."""

@@ -13,7 +13,7 @@ from ribbonfem.options import flag
 from ribbonfem.results import RestState
 from ribbonfem.scene import Scene, SceneError
 
-from .problem import Rig, Statics, _State
+from .problem import Statics, _State
 
 
 def named(scene: Scene, elements: int, extensible: bool) -> tuple[Statics, _State]:
@@ -44,7 +44,7 @@ def named(scene: Scene, elements: int, extensible: bool) -> tuple[Statics, _Stat
 
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, elements: int, extensible: bool) -> _State:
-    rig = Rig.of(scene, elements).brought_on(scene.begin)
+    rig = Statics(scene, elements, extensible).rig.brought_on(scene.begin)
     problem = Statics(scene, elements, extensible, rig)
     return replace(brought_on(problem, problem.start(), scene), at=scene.begin)
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.groups import groups_of
 from ribbonfem.jit.references import by_reference
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import CONTROLS
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
 from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, lane, load, spread, summed
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .beam import FORCE, Beam, P, Z
 from .law import moment_of, stretch_of

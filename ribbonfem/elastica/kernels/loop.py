@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.ends.planar_kernels import PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store, summed
@@ -23,7 +24,6 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.controls import PUSH, controls_at
 from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew

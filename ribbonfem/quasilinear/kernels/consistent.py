@@ -6,10 +6,10 @@ The ends carry mass, so that a jump of their rates moves their neighbours too.
 from __future__ import annotations
 
 from ribbonfem.ends.kernels import Ends
+from ribbonfem.ends.planar_kernels import LEFT, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import copy
-from ribbonfem.stepping.kernels.controls import LEFT, RIGHT
 from ribbonfem.stepping.kernels.newton import SIGMA
 
 from .bands import add_product, dot, factor, solve_both

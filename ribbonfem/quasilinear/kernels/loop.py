@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import add, copy
@@ -17,7 +18,6 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.controls import controls_at
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew

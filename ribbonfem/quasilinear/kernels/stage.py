@@ -8,10 +8,10 @@ and a border by the constraint, G Z, which every iteration takes anew.
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .bands import add_product, add_three, dot, factor, solve_both
 from .beam import ENDS, Beam, Matrix, Moving, Scratch
