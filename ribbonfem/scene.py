@@ -490,26 +490,6 @@ class Scene:
             "kirchhoff and der have them"
         )
 
-    def require_bare(self, model: str, controls: tuple[str, ...]) -> None:
-        """Raise a `SceneError` if a `model` that moves these controls alone is asked for more."""
-        moved = [name for name in self.drives.moved if name not in controls]
-        if moved:
-            what = f"drive = {self.drive!r}: {model} moves {', '.join(controls)} alone"
-        elif self.preset:
-            what = f"preset = {dict(self.preset)!r}: {model} has none"
-        elif any(self.weight):
-            what = f"gravity = {self.gravity!r}: {model} has no weight"
-        elif self.begin != 0.0:
-            what = f"schedule = {shown(self.schedule)}: {model} starts at 0"
-        elif self.ribbon.shaped or self.ribbon.retardation:
-            name = "retardation" if self.ribbon.retardation else "curvature"
-            raise SceneError(
-                f"Ribbon.{name} = {getattr(self.ribbon, name)!r}: {model} has none; kirchhoff and der do"
-            )
-        else:
-            return
-        raise SceneError(f"Scene.{what}; kirchhoff and der do")
-
     @property
     def isolated(self) -> bool:
         """Whether the states are isolated: a rod of one stiffness, hardly sheared, turns freely."""

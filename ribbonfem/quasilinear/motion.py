@@ -40,8 +40,11 @@ def discretised(problem: Statics) -> beam.Beam:
         mass=mass,
         middle=mesh.middle[0].copy(),
         height=mesh.height[: mesh.count].copy(),
-        weight=np.zeros(mesh.count),
+        weight=problem.heavy,
+        bent=problem.bent,
+        own=problem.own,
         scale=problem.scale,
+        retardation=problem.scene.ribbon.retardation / problem.unit,
     )
 
 
