@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, elastica, kirchhoff
+from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, delay, elastica, kirchhoff, quasilinear
 from ribbonfem.options import OptionError
 
 NONE = (0.0, 0.0, 0.0)
@@ -106,3 +106,31 @@ def test_configurations_may_be_left_out():
     assert not bare.configurations
     assert set(whole.configurations) == {"positions", "curvature"}
     np.testing.assert_array_equal(bare.height, whole.height)
+
+
+@pytest.mark.parametrize(("model", "mesh"), [(quasilinear, {}), (elastica, {"elements": 12})])
+def test_a_release_beyond_the_fold_takes_the_time_of_its_normal_form(model, mesh):
+    """From rest at A = -eta (c eps / a2)^(1/2): A_TT = c eps + a2 A^2 blows up at 3.51342 (c a2 eps)^(-1/4).
+
+    A dead force holds the beam eps beyond its fold, until it is let go.  The height passes zero before the
+    blow-up by the lead of `delay.lead`; what is left falls as eps^(1/2).
+    """
+    still = {"compression": 0.30, "shear": 0.0, "start": "U+", "gravity": NONE, "damping": 0.0}
+    (form,) = model.normal_forms(Scene(**still), **mesh)
+    _, lead = delay.lead(model, Scene(**still), **mesh)
+    # the fold moves in proportion to the force
+    (moved,) = model.folds(Scene(**still, preset={"force": -0.01}), **mesh)
+    by_force = (moved.control - form.angle) / 0.01
+    eta, ratios = 0.1, []
+    for beyond in (1e-4, 1e-6):
+        at = form.angle + beyond
+        expected = 3.51342 * (form.product * beyond) ** -0.25
+        held = {"force": -beyond * (1.0 + eta**2) / by_force}
+        rest = Scene(**still, preset=held, schedule=Schedule((0.0, 1e-3), (at, at)))
+        begun = model.simulate(rest, **mesh)
+        free = Scene(**still, schedule=Schedule((0.0, 1.1 * expected), (at, at)))
+        run = model.simulate(free, initial=begun, tolerance=1e-7, **mesh)
+        ratios.append((run.crossing("height")[0] - begun.time[-1] + lead.time) / expected)
+    limit = (10.0 * ratios[1] - ratios[0]) / 9.0
+    assert abs(ratios[0] - 1.0) < 0.01
+    assert limit == pytest.approx(1.0, abs=2e-4)
