@@ -100,6 +100,46 @@ def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
         elastica.simulate(scene, initial=named, extensible=True)
 
 
+@pytest.mark.parametrize("extensible", [False, True])
+@pytest.mark.parametrize(
+    "rig", [{"hold": 0.5}, {"hold": 0.5, "damping": 0.0}, RIGS[0], RIGS[2], RIGS[3], RIGS[4]]
+)
+def test_means_of_forces_balance_to_rounding_at_any_step(rig, extensible):
+    """Work of fast clamps, friction, weight and a snap included, with steps that resolve little."""
+    scene = Scene(**({**PLANAR, "rate": 2.0, "stop": 1.5} if "hold" in rig else PLANAR) | rig)
+    policy = {"extensible": extensible, "configurations": False, "method": "discrete-gradient"}
+    run = elastica.simulate(scene, step=4e-3, **policy)
+    # the first steps from rest have too little kinetic energy to take from
+    assert balance(run) < 1e-8
+    assert np.isnan(run.velocity).all()
+    if "hold" in rig:
+        assert run.energies["kinetic"].max() > 1.0
+        # the same rule in three dimensions, up to the snap, and one of higher order
+        other = kirchhoff.simulate(scene, step=4e-3, until="snap", **policy)
+        assert run.snap[1] == pytest.approx(other.snap[1], abs=1e-5)
+        fine = elastica.simulate(scene, extensible=extensible, tolerance=1e-6, until="snap")
+        assert run.snap[1] == pytest.approx(fine.snap[1], abs=2e-3)
+
+
+def test_means_of_forces_are_of_second_order_and_their_steps_adapt():
+    scene = Scene(**{**PLANAR, "damping": 0.0}, rate=1.0, stop=1.2, hold=0.5)
+    fine = elastica.simulate(scene, tolerance=1e-7, until="snap").snap[0]
+    steps = [2e-2, 1e-2, 5e-3, 2.5e-3]
+    method = {"method": "discrete-gradient", "until": "snap"}
+    errors = [abs(elastica.simulate(scene, step=h, **method).snap[0] - fine) for h in steps]
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert abs(order - 2.0) < 0.3, f"expected order 2, observed {order:.2f}: {errors}"
+    off = [abs(elastica.simulate(scene, tolerance=t, **method).snap[0] - fine) for t in (1e-3, 3e-5)]
+    assert off[1] < 2e-4
+    assert off[1] < 0.2 * off[0]
+
+
+def test_means_of_forces_are_of_elastic_moments():
+    scene = Scene(**{**PLANAR, "ribbon": Ribbon(retardation=0.1)}, rate=1.0, stop=0.1)
+    with pytest.raises(OptionError, match=r"method = 'discrete-gradient': .*Ribbon\.retardation"):
+        elastica.simulate(scene, method="discrete-gradient")
+
+
 def test_configurations_may_be_left_out():
     scene = Scene(**PLANAR, rate=0.3, stop=0.1)
     bare, whole = elastica.simulate(scene, configurations=False), elastica.simulate(scene)

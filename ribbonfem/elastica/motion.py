@@ -12,17 +12,19 @@ from ribbonfem.delay import scene_departure
 from ribbonfem.elements.lobatto import lobatto_points
 from ribbonfem.jit.groups import groups_of, in_fours
 from ribbonfem.jit.simd import WIDTH
-from ribbonfem.options import checked
+from ribbonfem.options import checked, refuse
 from ribbonfem.results import Array, History, RestState, snaps_from
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
-from ribbonfem.stepping.kernels import KINK, Ramp, Scheme
+from ribbonfem.stepping.kernels import KINK, MEAN, Ramp, Scheme
 from ribbonfem.stepping.kernels.arrays import TIME
+from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
 from . import initials, states
 from .kernels import arrays, condensed, loop, tangent
+from .kernels import average_vector_field as means
 from .kernels.beam import PHI, ROWS, Beam, P, Z, solver
 from .problem import Statics, _State, mesh_of
 
@@ -112,10 +114,14 @@ class Motion:
             getattr(beam, name)[:] = state.pop(name, getattr(beam, name))
         motion = arrays.Motion(**{name: value.copy() for name, value in state.items()})
         self.clock, self.scheme = motion.clock, scheme
-        nodes = len(problem.arclength)
+        nodes, past = len(problem.arclength), means.KEPT if scheme.kind == MEAN else 0
         self._rows = np.empty((rows, nodes, 3)), np.empty((rows, nodes)), np.empty(rows)
         self.model = arrays.Moving(
-            beam, solver(elements), arrays.scratch(elements, scheme.stages, retards), motion, *self._rows
+            beam,
+            solver(elements),
+            arrays.scratch(elements, scheme.stages, retards, past),
+            motion,
+            *self._rows,
         )
 
     def kept(self) -> dict[str, Array]:
@@ -130,7 +136,8 @@ class Motion:
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""
-        return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
+        run = loop.run_by_means if self.scheme.kind == MEAN else loop.run
+        return int(run(self.model, self.scheme, ramp, self.clock, rows))
 
 
 def vibrations(problem: Statics, state: _State, count: int) -> Array:
@@ -181,7 +188,9 @@ def simulate(
     elements: of degree 5, at least 4; errors fall as elements^-10.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal) or "implicit-euler".
+        (trapezoidal), "implicit-euler" or "discrete-gradient", of order 2, which alone keeps the energy of
+        undamped ringing, whatever the step (`kernels.average_vector_field`): the one for a ring-down, with
+        ``tolerance=1e-4``.
     step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
         where no next state is found.
     tolerance: of the adaptive step, the local error of positions in L, made smaller while the
@@ -210,8 +219,10 @@ def simulate(
     SolverError
         If no step converges; what was reached is its `history`.
     """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
+    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, methods=ALL_METHODS)
     scene.require_stop()
+    if control.method.mean and scene.ribbon.retardation > 0.0:
+        refuse("method", method, "is of elastic moments alone, and Ribbon.retardation is not 0")
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initials.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}

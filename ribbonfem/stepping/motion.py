@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -25,12 +26,14 @@ class Motion:
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
     resume: what the model's stepper goes on from.
+    rings: whether velocities ring from step to step, so that they are not told.
     """
 
     rows: Rows
     stats: dict[str, float]
     problem: str
     resume: Mapping[str, Array]
+    rings: bool
 
     def as_history(
         self,
@@ -49,7 +52,7 @@ class Motion:
             If the end was not reached; its `history` is what was.
         """
         second = scene.ribbon.inertial_time
-        units = (second, 1.0, length, *(length**2,) * 5, 1.0, length / second)
+        units = (second, 1.0, length, *(length**2,) * 5, 1.0, math.nan if self.rings else length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
         whole, *shapes = map(freeze, taken)
         time, angle, height, *energies, load, velocity, _, slope = whole.T

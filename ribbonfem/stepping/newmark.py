@@ -41,6 +41,8 @@ ROWS = 512
 # part of the tolerance that Newton may leave in a position, and what it may leave in one of a fixed step, L:
 # factors that are kept leave what they may, and all of it to one side
 REST, FIXED_REST = 3e-3, 1e-11
+# the most of it where energy is to be balanced: of means of forces
+MEAN_REST = 1e-8
 # part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
 # it does not resolve
 GAIN = 1e-4
@@ -118,12 +120,15 @@ def integrate(
         ends = moving(scene, began=began)
     else:
         ends = held_ends(scene, held.control, held.duration / scene.ribbon.inertial_time)
+    newton = FIXED_REST if control.tolerance is None else REST * control.tolerance
+    if control.method.mean:
+        newton = min(newton, MEAN_REST)
     ramp = ramp_of(
         scene,
         control,
         ends,
         since,
-        newton=FIXED_REST if control.tolerance is None else REST * control.tolerance,
+        newton=newton,
         every=every or 1,
         gain=GAIN,
         least_growth=LEAST_GROWTH,
@@ -161,4 +166,5 @@ def integrate(
         },
         problem=full or problem_of(status, scene, control),
         resume=beam.kept(),
+        rings=control.method.mean,
     )

@@ -45,7 +45,9 @@ class Scratch(NamedTuple):
     u, v, a as in `Motion`, of the stage; rp, vp, known: r = rp + b a, v = vp + f a, and what stands against
     sigma r (`residual`); stage_v, stage_a of all stages; known_u (MEMORY, G, ROWS, WIDTH), states with
     accelerations in place of positions, at known_time; controls (CONTROLS, 3); of a beam that retards
-    strain, strain_rate and known_strain of a stage, and stage_strain_rate of all.
+    strain, strain_rate and known_strain of a stage, and stage_strain_rate of all; of steps by means
+    (`average_vector_field`) middle, as u, positions of the past, past (KEPT, G, PHI, WIDTH) at past_time, and
+    out (2,).
     """
 
     u: Array
@@ -64,6 +66,10 @@ class Scratch(NamedTuple):
     strain_rate: Array
     known_strain: Array
     stage_strain_rate: Array
+    middle: Array
+    past: Array
+    past_time: Array
+    out: Array
 
 
 @by_reference
@@ -88,8 +94,8 @@ def strains(elements: int, retards: bool) -> Array:
     return np.zeros((groups_of(elements) if retards else 0, P, 2, WIDTH))
 
 
-def scratch(elements: int, stages: int, retards: bool) -> Scratch:
-    """Memory for a mesh and a method."""
+def scratch(elements: int, stages: int, retards: bool, past: int = 0) -> Scratch:
+    """Memory for a mesh and a method, which looks back on so many steps."""
     groups = groups_of(elements)
 
     def four(*shape: int) -> Array:
@@ -111,5 +117,9 @@ def scratch(elements: int, stages: int, retards: bool) -> Scratch:
         strain=strains(elements, retards),
         strain_rate=strains(elements, retards),
         known_strain=strains(elements, retards),
+        middle=four(groups, ROWS),
+        past=four(past, groups, PHI),
+        past_time=np.zeros(past),
+        out=np.zeros(2),
         stage_strain_rate=np.zeros((stages, *strains(elements, retards).shape)),
     )

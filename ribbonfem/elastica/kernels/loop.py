@@ -16,6 +16,7 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     HEIGHT,
+    MEAN,
     PHASE,
     TIME,
     VELOCITY,
@@ -29,6 +30,7 @@ from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
 
+from . import average_vector_field as means
 from . import condensed, consistent, residual, tangent
 from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
@@ -81,6 +83,7 @@ def _move(model: Moving) -> None:
 
 
 _newton = newton_of(Equations(_residual, _factorise, _solve, _move))
+_mean_newton = newton_of(Equations(means.residual, means.factorise, _solve, means.move))
 
 
 @compiled(**OPTIONS)
@@ -135,7 +138,8 @@ def _know(model: Moving, m: Scheme, i: int, h: float, nu: float) -> tuple[float,
     else:
         f = h * m.a[i, i]
         b = f * f
-    sigma = (1.0 + nu * f) / b
+    # (of means damping is that of the middle)
+    sigma = (1.0 + nu * (0.5 * f if m.kind == MEAN else f)) / b
     of_a, of_old = m.alpha_f / (1.0 - m.alpha_m), m.alpha_m / (1.0 - m.alpha_m)
     for group in range(t.known.shape[0]):
         for row in range(PHI):
@@ -237,6 +241,58 @@ def _stage(
         copy(t.v, t.stage_v[i])
         copy(t.a, t.stage_a[i])
     return used
+
+
+@compiled(**OPTIONS)
+def _mean_stage(
+    model: Moving,
+    m: Scheme,
+    ramp: Ramp,
+    clock: Array,
+    i: int,
+    h: float,
+    at: float,
+    angle: float,
+    spin: float,
+) -> int:
+    """Solve a step by the means of its forces, into the same places."""
+    t, nu, phase = model.scratch, ramp.damping, int(clock[PHASE])
+    controls_at(ramp.ends, phase, clock[TIME], t.controls)
+    before = t.controls[PUSH, 0]
+    controls_at(ramp.ends, phase, at, t.controls)
+    after = t.controls[PUSH, 0]
+    t.controls[PUSH, 0] = 0.5 * (before + after)
+    _put_loads(model)
+    b, f = _know(model, m, i, h, nu)
+    _guess(model, clock, at, b)
+    means.guess_ringing(t, clock, b)
+    set_turns(model.beam, t.controls, 0, t.u)
+    set_places(model.beam, t.controls, 0, t.u)
+    used: int = _mean_newton(model, 2.0 * (1.0 + 0.5 * nu * f) / b, b, LARGEST, ramp, clock)
+    t.controls[PUSH, 0] = after
+    t.out[means.OUT_NEWTON] = used
+    _rates(model, b, f)
+    if used > 0:
+        means.end_forces(model.beam, t, model.motion)
+        _remember(model, clock, at, t.u, t.a)
+    return used
+
+
+@compiled(**OPTIONS)
+def _mean_begin(model: Moving, clock: Array) -> None:
+    means.balance(model.beam, model.scratch, model.motion.v, clock)
+    _begin(model, clock)
+
+
+@compiled(**OPTIONS)
+def _mean_error(model: Moving, m: Scheme, h: float) -> float:
+    return means.error_by_means(model.motion, model.scratch, model.motion.clock, h)
+
+
+@compiled(**OPTIONS)
+def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
+    means.balance(model.beam, model.scratch, model.scratch.v, model.motion.clock)
+    _accept(model, m, h)
 
 
 @compiled(**OPTIONS)
@@ -354,9 +410,30 @@ def _record(model: Moving, rows: Array, row: int) -> None:
 _loop = loop_of(
     ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
 )
+# a loop of its own: the other is compiled without its solver
+_mean_loop = loop_of(
+    ModelFunctions(
+        _project,
+        _rescale,
+        _mean_begin,
+        _mean_stage,
+        means.flows,
+        _mean_error,
+        _reject,
+        _mean_accept,
+        _measure,
+        _record,
+    )
+)
 
 
 @compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The time loop of the elastica, see `loop_of`."""
     return _loop(model, m, ramp, clock, 1.0, rows)
+
+
+@compiled()
+def run_by_means(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
+    """The same with the means of forces along a step (`average_vector_field`)."""
+    return _mean_loop(model, m, ramp, clock, 1.0, rows)
