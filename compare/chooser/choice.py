@@ -23,7 +23,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ribbonfem import Scene, SceneError, elastica, kirchhoff
+from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import told
 
@@ -108,7 +108,9 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 
 def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
     """A scene for which no law was measured: runs that check each other."""
-    lost = next((p for p in kirchhoff.instabilities(scene, extensible=True) if p.kind != "fold"), None)
+    name = ladder.model_of(scene)
+    found = ladder.MODELS[name].instabilities(scene, extensible=True)
+    lost = next((point for point in found if point.kind != "fold"), None)
     if lost is not None:
         where = told(scene, lost.control)
         raise SceneError(
@@ -118,7 +120,7 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
         )
     if quantity == "fold":
         reason = "another rig: geometrically exact elements, refined until meshes agree"
-        return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
+        return AtRest(scene, "fold", tolerance, name, {"extensible": True}, tolerance, 0.5, reason)
     whose = "the elastica" if scene.planar else "the Kirchhoff rod"
     reason = f"another rig, of which no law was measured: elements of {whose}, checked by finer ones"
     return _elements(scene, tolerance, quantity, reason, motion)

@@ -127,8 +127,9 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 1, degree: int 
 
     Parameters and errors as in `folds`, but that one element is of degree 24, for the higher modes.
     """
-    alone = degree is None and elements == 1
-    problem, start = named(scene, elements, _FOR_MODES if alone else degree)
+    problem, start = named(scene, elements, degree)
+    if degree is None and problem.elements == 1:
+        problem, start = named(scene, 1, _FOR_MODES)
     return problem.frequencies(start, count)
 
 

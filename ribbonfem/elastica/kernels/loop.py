@@ -10,16 +10,14 @@ import math
 from ribbonfem.ends.planar_kernels import PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store, summed
+from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
-    HEIGHT,
     MEAN,
     PHASE,
     TIME,
-    VELOCITY,
     Measures,
     ModelFunctions,
     Ramp,
@@ -37,6 +35,7 @@ from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
 from .energies import elastic_state, kinetic_energy, potential_energy, power
 from .law import keep_strains, know_strains, viscous_loss
+from .record import record
 
 # an angle counts as a tenth of a length
 ANGLE = 0.1
@@ -370,45 +369,8 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     return kinetic, elastic, potential_energy(model.beam, u), lost, work, force
 
 
-@compiled(**OPTIONS)
-def _record_shape(model: Moving, row: int) -> None:
-    """Positions, and phi' at the nodes; of a node between elements the mean of both."""
-    beam, u, bends = model.beam, model.motion.u, model.solver.points
-    for group in range(u.shape[0]):
-        for i in range(P + 1):
-            bend = spread(0.0)
-            for j in range(P + 1):
-                bend += beam.slopes[i, j] * load(u, (group, PHI + j))
-            store(bends, (0, i), bend)
-        for place in range(min(WIDTH, beam.elements - WIDTH * group)):
-            first = (WIDTH * group + place) * P
-            before = model.row_bend[row, first] if first > 0 else bends[0, 0, place]
-            for i in range(P + 1):
-                model.row_x[row, first + i, 0] = u[group, i, place]
-                model.row_x[row, first + i, 1] = 0.0
-                model.row_x[row, first + i, 2] = u[group, Z + i, place]
-                model.row_bend[row, first + i] = bends[0, i, place]
-            model.row_bend[row, first] = 0.5 * (before + bends[0, 0, place])
-
-
-@compiled(**OPTIONS)
-def _record(model: Moving, rows: Array, row: int) -> None:
-    """Height and velocity at midspan, and the shape."""
-    y, beam = model.motion, model.beam
-    height = velocity = angle = spread(0.0)
-    for group in range(y.u.shape[0]):
-        for i in range(P + 1):
-            share = load(beam.middle, (group, i))
-            height += share * load(y.u, (group, Z + i))
-            velocity += share * load(y.v, (group, Z + i))
-            angle += share * load(y.u, (group, PHI + i))
-    rows[row, HEIGHT], rows[row, VELOCITY] = summed(height), summed(velocity)
-    model.row_slope[row] = math.sin(summed(angle))
-    _record_shape(model, row)
-
-
 _loop = loop_of(
-    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, record)
 )
 # a loop of its own: the other is compiled without its solver
 _mean_loop = loop_of(
@@ -422,7 +384,7 @@ _mean_loop = loop_of(
         _reject,
         _mean_accept,
         _measure,
-        _record,
+        record,
     )
 )
 
