@@ -81,8 +81,10 @@ class Statics:
         self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
         # loads of the weight and the natural curvature, and the energy of this in the straight beam
         self.heavy = rig.weight[1] / self.scale * self.mesh.weight
-        self.bent = self.mesh.curvature.T @ (self.mesh.shares * rig.curvature) / self.scale
-        self.own = 0.5 * float(self.mesh.shares @ rig.curvature**2) / self.compression
+        self.bent, self.own = np.zeros_like(self.heavy), 0.0
+        if scene.ribbon.shaped:
+            self.bent = self.mesh.curvature.T @ (self.mesh.shares * rig.curvature) / self.scale
+            self.own = 0.5 * float(self.mesh.shares @ rig.curvature**2) / self.compression
 
     def _held(self, controls: Array) -> Array:
         """(4,) Z and Z' of both ends."""
