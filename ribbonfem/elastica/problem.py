@@ -4,11 +4,12 @@ The tangent has the angle phi to the x axis, the cross-section carries the force
 lengths in L, forces in EI2/L^2, energies in EI2/L, t = (cos phi, sin phi) in the (x, z) plane
 and c = EI2 / (EA L^2), the Hellinger-Reissner functional is
 
-    int [ phi'^2 / 2 + n . (r' - t) - c (n . t)^2 / 2 ] ds,
+    int [ (phi' - kappa0)^2 / 2 + n . (r' - t) - c (n . t)^2 / 2 - w . r ] ds + F z(1/2),
 
-so that r' = t (1 + c n . t).  The clamps are r(0) = 0, r(1) = (1 - dL/L, 0), phi(0) = -alpha,
-phi(1) = 0.  `extensible=False` is c = 0, the paper's elastica; `extensible=True` has the
-stretching stiffness of the rectangular section.
+so that r' = t (1 + c n . t), with the natural curvature kappa0, the weight w and a force F at midspan.  The
+clamps are r(0) = 0, r(1) = (1 - dL/L - compression, lift), phi(0) = -left, phi(1) = right.
+`extensible=False` is c = 0, the paper's elastica; `extensible=True` has the stretching stiffness of the
+rectangular section.
 
 Discretisation: that of the Kirchhoff elements, in the plane.  phi and r are continuous of degree
 p = 5, by their values at the Gauss-Lobatto nodes; n has its values at the p Gauss points of an
