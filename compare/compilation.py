@@ -83,6 +83,11 @@ JOBS = {
     "elastica in motion": Job(
         "ribbonfem.elastica.kernels.loop", 15.0, lambda: _motion("elastica", _PLANAR, elements=8)
     ),
+    "elastica that keeps energy": Job(
+        "ribbonfem.elastica.kernels.loop",
+        15.0,
+        lambda: _motion("elastica", _PLANAR, elements=8, method="discrete-gradient", step=1e-3),
+    ),
     "beams of small slopes in motion": Job(
         "ribbonfem.quasilinear.kernels.loop", 11.0, lambda: _motion("quasilinear", _PLANAR, elements=8)
     ),

@@ -106,9 +106,9 @@ def equilibria(
 
 @checked
 def leaves_plane(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> float:
-    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+    """The control at which the planar state at rest loses its stability out of its plane.
 
-    From the Hessian over what is across the plane, along the states from alpha = 0 in the
+    From the Hessian over what is across the plane, along the states from the control's start in the
     direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in `folds`.
 
     Returns

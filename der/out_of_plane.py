@@ -75,12 +75,14 @@ class InPlane:
 def _leaving(scene: Scene, nodes: int, clamp: str) -> float:
     rod = Rod(scene, nodes, clamp)
     problem = InPlane(Statics(rod))
-    return leaving(problem, start_state(rod), scene, problem.across)
+    found = leaving(problem, start_state(rod), scene, problem.across)
+    return float("nan") if found is None else float(found.parameter)
 
 
 def leaves_plane(scene: Scene, nodes: int, clamp: str) -> float:
     """As `der.leaves_plane`; NaN also where the states at rest could not be followed."""
+    image = of_start(scene)
     try:
-        return before_stop(_leaving(of_start(scene), nodes, clamp), scene)
+        return before_stop(_leaving(image, nodes, clamp), scene, image)
     except SolverError:
         return float("nan")

@@ -453,7 +453,7 @@ class History(Controlled):
 
 
 # where the functions of each model are
-_MODELS = {"kirchhoff": "ribbonfem.kirchhoff", "elastica": "ribbonfem.elastica", "der": "der"}
+_MODELS = {name: f"ribbonfem.{name}" for name in ("quasilinear", "elastica", "kirchhoff")} | {"der": "der"}
 
 
 def _lost(history: History) -> Instability | None:

@@ -441,10 +441,16 @@ class Scene:
     def at_rest(self) -> Scene:
         """The scene without its ramp: what its equilibria depend on."""
         begin = self.begin
-        still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, begin + self.direction), "linear")
+        still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, self._beyond), "linear")
         return replace(
             self, rate=1.0 if still is None else _RATE, stop=None, hold=0.0, damping=0.0, schedule=still
         )
+
+    @property
+    def _beyond(self) -> float:
+        """Where a schedule that does not begin at 0 leads, or the control could, at rest."""
+        far = self.furthest
+        return self.begin + 1e-3 * self.direction if far is None or far == self.begin else far
 
     @cached_property
     def scaled_rate(self) -> float:
@@ -465,34 +471,24 @@ class Scene:
 
     def require_planar(self, model: str) -> None:
         """Raise a `SceneError` if a planar `model` is asked for a scene that leaves its plane."""
-        if self.shear != 0.0:
-            raise SceneError(f"Scene.shear = {self.shear!r}: {model} is planar and takes only shear = 0")
-        if not self.planar:
-            names = [n for n in ("shear", *TWISTS) if n in self.drives.moved or n in self.preset]
-            what = f"{names[0]!r}" if names else "gravity along y" if self.weight[1] else "Ribbon.twist"
-            raise SceneError(
-                f"Scene: {what} leaves the plane: {model} is planar; kirchhoff and der follow it"
-            )
-
-    def require_bare(self, model: str, controls: tuple[str, ...]) -> None:
-        """Raise a `SceneError` if a `model` that moves these controls alone is asked for more."""
-        moved = [name for name in self.drives.moved if name not in controls]
-        if moved:
-            what = f"drive = {self.drive!r}: {model} moves {', '.join(controls)} alone"
-        elif self.preset:
-            what = f"preset = {dict(self.preset)!r}: {model} has none"
-        elif any(self.weight):
-            what = f"gravity = {self.gravity!r}: {model} has no weight"
-        elif self.begin != 0.0:
-            what = f"schedule = {shown(self.schedule)}: {model} starts at 0"
-        elif self.ribbon.shaped or self.ribbon.retardation:
-            name = "retardation" if self.ribbon.retardation else "curvature"
-            raise SceneError(
-                f"Ribbon.{name} = {getattr(self.ribbon, name)!r}: {model} has none; kirchhoff and der do"
-            )
-        else:
+        if self.planar:
             return
-        raise SceneError(f"Scene.{what}; kirchhoff and der do")
+        across = ("shear", *TWISTS)
+        moved = [name for name in across if name in self.drives.moved]
+        what = f"Scene.drive = {self.drive!r}"
+        if self.shear != 0.0:
+            what = f"Scene.shear = {self.shear!r}"
+        elif not moved:
+            preset = {name: value for name, value in self.preset.items() if name in across}
+            what = f"Ribbon.twist = {self.ribbon.twist!r}"
+            if preset:
+                what = f"Scene.preset = {preset!r}"
+            elif self.weight[1]:
+                what = f"Scene.gravity = {self.gravity!r}"
+        raise SceneError(
+            f"{what}: leaves the plane, and {model} is planar: without shear, twist and weight along y; "
+            "kirchhoff and der have them"
+        )
 
     @property
     def isolated(self) -> bool:

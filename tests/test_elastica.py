@@ -7,12 +7,13 @@ from skfem import Basis, LinearForm, MeshLine
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
 from ribbonfem.continuation.curves import ramp_folds
-from ribbonfem.elastica import motion
+from ribbonfem.elastica import initials, motion
 from ribbonfem.elastica.kernels import condensed, consistent, loop, points, residual, tangent
 from ribbonfem.elastica.kernels.beam import FORCE, PHI, ROWS, P, Z, solver
-from ribbonfem.elastica.problem import Rig, Statics
+from ribbonfem.elastica.problem import Statics
 from ribbonfem.elements.lobatto import ElementLineLobatto
 from ribbonfem.ends import moving
+from ribbonfem.ends.planar import Rig
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import in_fours
 from ribbonfem.jit.simd import load, store
@@ -237,7 +238,7 @@ def test_velocities_at_the_kink_are_consistent(extensible):
     turned = scene(ribbon=Ribbon(thickness=0.1), stop=1.0)
     problem = Statics(turned, 8, extensible)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
-    beam = motion.Motion(problem, motion.at_rest(problem, state), ESDIRK4, 4)
+    beam = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4)
     y, t, spin, nu = beam.model.motion, beam.model.scratch, 0.8, 0.3
     t.controls[0] = 0.4, spin, 0.0
     impulse = consistent.project(beam.model.beam, beam.model.solver, y, t, moving(turned), nu)
@@ -275,7 +276,7 @@ def test_an_equilibrium_stays_one(extensible):
     """The folds of the statics are those of the motion: equilibria are so for the kernel, to rounding."""
     problem = Statics(scene(), 8, extensible)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
-    u, memory = motion.at_rest(problem, state), solver(8)
+    u, memory = initials.at_rest(problem, state), solver(8)
     still = np.zeros_like(u[:, :PHI])
     _residual(motion.discretised(problem), memory, u, still, 0.0)
     local = np.moveaxis(memory.rest, 2, 1).reshape(8, -1)
@@ -293,7 +294,7 @@ def test_a_rig_is_the_same_at_rest_and_in_motion(extensible, elements):
     curvature = np.random.default_rng(1).normal(size=(elements, P))
     problem = Statics(scene(), elements, extensible, Rig(controls, moves, np.array([0.4, -1.5]), curvature))
     state, line = equilibrium(problem, problem.start(), 0.2)
-    model = motion.Motion(problem, motion.at_rest(problem, state, 0.2), ESDIRK4, 4).model
+    model = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4).model
     model.scratch.controls[:, 0] = problem.controls(0.2)
     loop._put_loads(model)
     _residual(model.beam, model.solver, model.motion.u, model.scratch.known, 0.0)
@@ -317,7 +318,7 @@ def test_velocities_of_every_control_are_consistent():
     turned = scene(stop=1.0)
     problem = Statics(turned, 6, False)
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    model = motion.Motion(problem, motion.at_rest(problem, state), ESDIRK4, 4).model
+    model = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4).model
     y, t = model.motion, model.scratch
     t.controls[:4, 1:] = [[0.3, 0.1], [-0.4, 0.2], [0.5, 0.6], [0.7, -0.8]]
     loop._put_loads(model)

@@ -37,7 +37,8 @@ def test_kernel_is_the_readable_form(elements, degree):
     ends = rng.normal(size=(3, 4))
     sigma, b, nu = 8.1, 0.3, 1.7
     f = (b * sigma - 1.0) / nu
-    model = motion.Motion(problem, problem.start(), method_of("esdirk4").as_scheme(), 2).model
+    begin = motion.at_rest(problem, problem.start())
+    model = motion.Motion(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     t = model.scratch
     t.z[:], t.load[0], t.ends[:] = z, load, ends
     stage.give(model.beam, t, nu)
@@ -60,7 +61,8 @@ def test_kernel_is_the_readable_form(elements, degree):
 def test_velocities_at_the_kink_are_consistent(elements, degree):
     """The clamp's slope carries mass: its jump moves the rest, with the least kinetic energy that may be."""
     problem = Statics(SCENE, elements, degree)
-    model = motion.Motion(problem, problem.start(), method_of("esdirk4").as_scheme(), 2).model
+    begin = motion.at_rest(problem, problem.start())
+    model = motion.Motion(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     mesh, y, t = problem.mesh, model.motion, model.scratch
     n, spin, nu = mesh.count, -0.7, 0.9
     turning = -spin * problem.scale

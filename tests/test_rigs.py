@@ -190,13 +190,14 @@ def test_a_schedule_of_a_constant_rate_is_the_ramp():
 
 
 @pytest.mark.parametrize("method", ["esdirk4", "tr-bdf2", "generalised-alpha"])
-@pytest.mark.parametrize("retardation", [0.0, 0.01])
-def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(method, retardation):
+@pytest.mark.parametrize(("retardation", "extensible"), [(0.0, False), (0.01, False), (0.01, True)])
+def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(method, retardation, extensible):
     base = {**SHEARED, "damping": 0.3, "ribbon": Ribbon(retardation=retardation), "gravity": NONE}
 
     def run(times, values, **options):
         scene = Scene(**base, schedule=Schedule(times, values, kind="linear"))
-        return kirchhoff.simulate(scene, method=method, elements=4, tolerance=1e-3, **options)
+        policy = {"method": method, "elements": 4, "tolerance": 1e-4, "extensible": extensible}
+        return kirchhoff.simulate(scene, **policy, **options)
 
     whole, first = run((0, 1, 2), (0, 0.1, 0.4)), run((0, 1), (0, 0.1))
     second = run((0, 1), (0.1, 0.4), initial=first)

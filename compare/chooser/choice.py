@@ -5,7 +5,7 @@ In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;
 * the elastica, where the scene is planar, and a law of single runs is exact enough;
-* elements of the Kirchhoff rod for other planar scenes: a run stays in the plane to the last bit, and a scene
+* runs of the elastica that check each other for other planar scenes: a run stays in the plane, and a scene
   that would leave it is refused. With bending and twisting stiffness above a bound the out-of-plane mode is
   stable up to the fold, below it the elastica's own second variation is asked;
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
@@ -23,7 +23,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ribbonfem import Scene, SceneError, elastica, kirchhoff
+from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import told
 
@@ -108,7 +108,9 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 
 def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
     """A scene for which no law was measured: runs that check each other."""
-    lost = next((p for p in kirchhoff.instabilities(scene, extensible=True) if p.kind != "fold"), None)
+    name = ladder.model_of(scene)
+    found = ladder.MODELS[name].instabilities(scene, extensible=True)
+    lost = next((point for point in found if point.kind != "fold"), None)
     if lost is not None:
         where = told(scene, lost.control)
         raise SceneError(
@@ -118,8 +120,9 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
         )
     if quantity == "fold":
         reason = "another rig: geometrically exact elements, refined until meshes agree"
-        return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
-    reason = "another rig, of which no law was measured: elements of the Kirchhoff rod, checked by finer ones"
+        return AtRest(scene, "fold", tolerance, name, {"extensible": True}, tolerance, 0.5, reason)
+    whose = "the elastica" if scene.planar else "the Kirchhoff rod"
+    reason = f"another rig, of which no law was measured: elements of {whose}, checked by finer ones"
     return _elements(scene, tolerance, quantity, reason, motion)
 
 
@@ -180,7 +183,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         return way(scene, "snap", tolerance, model, policy, error, seconds, reason, value, motion)
 
     def refined(why: str) -> Choice:
-        reason = f"planar, {why}: elements of the Kirchhoff rod, each run checked by a finer one"
+        reason = f"planar, {why}: runs of the elastica, each checked by a finer one"
         return _elements(scene, tolerance, "snap", reason, motion)
 
     up, side = climb.upward(scene), _side(scene)
@@ -200,7 +203,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if found.angle - found.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    pair = ladder.seconds(ladder.first_rung(scene, tolerance))
+    pair = ladder.seconds(scene, ladder.first_rung(scene, tolerance))
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, found.fold)
     for policy in laws.planar.policies:
         error = factor * laws.planar.run_error(policy, up) + _MEASURED_TO
@@ -216,10 +219,11 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
 def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion: bool) -> Choice:
     """Runs that check each other."""
     rung = ladder.first_rung(scene, tolerance)
-    count, local, _ = ladder.RUNGS[rung]
+    count, local, *_ = ladder.RUNGS[rung]
     policy = {"elements": count, "tolerance": local, "extensible": True}
-    error, seconds = ladder.scatter(scene, ladder.RUNGS[rung + 1][1]), ladder.seconds(rung)
-    return Elements(scene, quantity, tolerance, "kirchhoff", policy, error, seconds, reason, motion=motion)
+    error, seconds = ladder.scatter(scene, ladder.RUNGS[rung + 1][1]), ladder.seconds(scene, rung)
+    model = ladder.model_of(scene)
+    return Elements(scene, quantity, tolerance, model, policy, error, seconds, reason, motion=motion)
 
 
 def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:

@@ -1,5 +1,6 @@
-"""Scenes by the Kirchhoff elements, planar and sheared: one run where a law bounds it, else several on finer
-and finer meshes, at smaller and smaller tolerances, that check each other.
+"""Scenes by elements, of the elastica where they are planar and of the Kirchhoff rod elsewhere: one run where
+a law bounds it, else several on finer and finer meshes, at smaller and smaller tolerances, that check each
+other.
 
 The error that is claimed is the larger of two.  One is what the last runs differ by, times a factor: a single
 difference may be small by chance, so it counts more than the last of several; and where the one before was
@@ -15,28 +16,32 @@ if they differ by more than smooth ones would, their differences count more.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, kirchhoff
+from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 
 from .cost_laws import ElementLaws
 from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
 
-# Elements, tolerance (L) and typical CPU seconds of runs that check each other, no two on the same mesh.
+# Elements and tolerance (L) of runs that check each other, no two on the same mesh; typical CPU seconds,
+# of the Kirchhoff rod and of the elastica.
 RUNGS = (
-    (4, 1e-4, 0.01),
-    (6, 3e-5, 0.013),
-    (8, 1e-5, 0.018),
-    (10, 3e-6, 0.045),
-    (12, 1e-6, 0.08),
-    (14, 3e-7, 0.15),
-    (16, 1e-7, 0.25),
-    (20, 3e-8, 0.6),
-    (24, 1e-8, 1.5),
+    (4, 1e-4, 0.01, 0.0025),
+    (6, 3e-5, 0.013, 0.004),
+    (8, 1e-5, 0.018, 0.007),
+    (10, 3e-6, 0.045, 0.018),
+    (12, 1e-6, 0.08, 0.03),
+    (14, 3e-7, 0.15, 0.05),
+    (16, 1e-7, 0.25, 0.08),
+    (20, 3e-8, 0.6, 0.2),
+    (24, 1e-8, 1.5, 0.5),
 )
+MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 # Scatter of the snap over tolerance (L) times rate t* + _REST, rad.
 _SCATTER, _REST = 2.0, 0.1
 # Claimed of a difference that stands alone, and of the last of several, which counts as at least this part of
@@ -69,6 +74,9 @@ def speed(scene: Scene) -> float:
 
 def covered(scene: Scene, laws: ElementLaws) -> bool:
     """Whether the laws were measured for ribbons like this one."""
+    if scene.planar:
+        # (those of single planar runs are the elastica's own)
+        return False
     low, high = laws.rate
     weak, strong = laws.damping
     return (
@@ -94,14 +102,20 @@ def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float
         return None
     bounds = [max(b, scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.ladder, strict=True)]
     rung = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
-    if rung is None or laws.seconds[rung] > seconds(first_rung(scene, tolerance)):
+    if rung is None or laws.seconds[rung] > seconds(scene, first_rung(scene, tolerance)):
         return None
     return rung, bounds[rung]
 
 
-def seconds(rung: int) -> float:
+def model_of(scene: Scene) -> str:
+    """The model of the runs."""
+    return "elastica" if scene.planar else "kirchhoff"
+
+
+def seconds(scene: Scene, rung: int) -> float:
     """Typical CPU seconds of the two runs that begin with a rung."""
-    return RUNGS[rung][2] + RUNGS[rung + 1][2]
+    place = 3 if scene.planar else 2
+    return RUNGS[rung][place] + RUNGS[rung + 1][place]
 
 
 def _closing(values: list[float | None]) -> bool:
@@ -144,13 +158,13 @@ def elements(
     SceneError, SolverError
         As the model does.
     """
-    whole, law = endless(scene), alone(scene, tolerance, laws)
+    whole, law, model = endless(scene), alone(scene, tolerance, laws), model_of(scene)
     if law:
         # if it rattles, finer ones check it
         single = laws.ladder[law[0]]
-        ladder = [single, *((n, t) for n, t, _ in RUNGS if t < single[1])]
+        ladder = [single, *((n, t) for n, t, *_ in RUNGS if t < single[1])]
     else:
-        ladder = [(n, t) for n, t, _ in RUNGS[first_rung(scene, tolerance) :]]
+        ladder = [(n, t) for n, t, *_ in RUNGS[first_rung(scene, tolerance) :]]
     runs: list[Run] = []
     values: list[float | None] = []
     scatters: list[float] = []
@@ -160,7 +174,7 @@ def elements(
         policy: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
         policy |= {"configurations": configurations, "until": "snap"}
         try:
-            run, history = timed("kirchhoff", kirchhoff.simulate, whole, quantity, policy)
+            run, history = timed(model, MODELS[model].simulate, whole, quantity, policy)
         except (SceneError, SolverError):
             if count >= _SURE:
                 raise

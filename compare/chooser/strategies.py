@@ -5,10 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
-from ribbonfem import History, Scene, SolverError, elastica, kirchhoff
+from ribbonfem import History, Scene, SolverError
 from ribbonfem.frozen import html_table, short_policy
 from ribbonfem.results import Value
 
@@ -18,8 +17,6 @@ from . import predicted as slow
 from . import refinement as climb
 from .cost_laws import shipped
 from .refinement import Run, Settled, endless
-
-_MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -123,7 +120,7 @@ class AtRest(Choice):
 
     def settle(self) -> Settled:
         """Refine."""
-        of: Callable[..., Any] = _MODELS[self.model].folds
+        of: Callable[..., Any] = ladder.MODELS[self.model].folds
         value, error, runs, _ = at_rest.folds(self.model, of, self.scene, self.tolerance)
         return Settled(value, error, False, runs, None)
 
@@ -134,7 +131,7 @@ class OneBeam(Choice):
     def settle(self) -> Settled:
         """Run the beam until it snaps."""
         policy = {**self.policy, "until": "snap"}
-        simulate: Callable[..., History] = _MODELS[self.model].simulate
+        simulate: Callable[..., History] = ladder.MODELS[self.model].simulate
         run, history = climb.timed(self.model, simulate, endless(self.scene), self.quantity, policy)
         return Settled(run.value, self.estimate, False, (run,), history)
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ribbonfem.results import SolverError
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, Schedule
 
 from .between import Between
 from .corrector import NotConverged, Point, Problem, State, Steps, first_point, inside
@@ -26,57 +26,68 @@ _STRETCH = 0.5 * math.pi
 def of_start(scene: Scene) -> Scene:
     """The scene, or its mirror image, from U+, with nothing but what its states at rest depend on.
 
-    Its stop is the end of a quarter turn, so that scenes share what is found.
+    The stop of a clamp that turns is the end of a quarter turn, so that scenes share what is found.
     """
-    sign = scene.direction * (1.0 if scene.start == "U+" else -1.0)
-    far = 4.0 * _STRETCH if scene.furthest is None else abs(scene.furthest)
-    stop = min(math.ceil(far / _STRETCH), 64) * _STRETCH
-    return replace(scene.at_rest, start="U+", rate=sign, stop=sign * stop)
+    image = scene if scene.start == "U+" else scene.mirror
+    sign, far = image.direction, image.furthest
+    if image.begin:
+        end = sign * image.reach_towards(sign) if far is None else far
+        return replace(image, damping=0.0, schedule=Schedule((0.0, 1.0), (image.begin, end), "linear"))
+    reach = image.reach_towards(sign)
+    if image.turning:
+        far = 4.0 * _STRETCH if far is None else abs(far)
+        reach = min(math.ceil(far / _STRETCH), 64) * _STRETCH
+    elif far is not None:
+        reach = abs(far)
+    return replace(image.at_rest, rate=sign, stop=sign * reach)
 
 
-def leaving(problem: Problem[State], state: State, scene: Scene, index: Callable[[State], int]) -> float:
-    """The magnitude of the angle (rad) at which states lose their stability out of the plane.
+def leaving(
+    problem: Problem[State], state: State, scene: Scene, index: Callable[[State], int]
+) -> Point[State] | None:
+    """Where states lose their stability out of the plane.
 
-    Followed from alpha = 0 in the direction of the scene's rate, to its `stop` or to where the
+    Followed from the control's start in the direction of the scene's rate, to its `stop` or to where the
     planar state itself ends or loses its stability in the plane.
 
     Parameters
     ----------
     problem: the planar equilibrium equations.
-    state: the equilibrium at 0.
-    scene: as from `of_start`.
+    state: the equilibrium at the control's start.
     index: number of unstable directions out of the plane.
 
     Returns
     -------
-    NaN where it does not.
+    None where they do not.
 
     Raises
     ------
     SolverError
         From the continuation.
     """
-    limit = abs(scene.require_stop())
-    first = first_point(problem, state, 0.0, scene.rate)
+    sign, far = scene.direction, scene.furthest
+    end = sign * scene.reach_towards(sign) if far is None else far
+    first = first_point(problem, state, scene.begin, sign)
     # of one stiffness the start turns freely: its eigenvalue is rounding
     if scene.ribbon.one_stiffness or index(first.state):
-        return 0.0
-    for segment in trace(problem, first, (-limit, limit), _STEPS):
-        end = segment.events[0].point if segment.events else segment.end
-        if index(end.state):
-            return abs(_first(problem, segment, end, index))
+        return first
+    span = (end, math.inf) if sign < 0.0 else (-math.inf, end)
+    for segment in trace(problem, first, span, _STEPS):
+        last = segment.events[0].point if segment.events else segment.end
+        if index(last.state):
+            return _first(problem, segment, last, index)
         if segment.events:
             break
-    return math.nan
+    return None
 
 
 def _first(
     problem: Problem[State], segment: Segment[State], end: Point[State], index: Callable[[State], int]
-) -> float:
-    """The parameter inside of a segment at which the index is no longer 0, by bisection in the arclength."""
+) -> Point[State]:
+    """The point inside of a segment at which the index is no longer 0, by bisection in the arclength."""
     base = inside(problem, segment.start, segment.end)
     points = Between(problem, base, segment.end, Steps(), fresh=False)
-    low, high, parameter = 0.0, end.step, float(end.parameter)
+    low, high, found = 0.0, end.step, end
     for _ in range(36):
         middle = 0.5 * (low + high)
         try:
@@ -86,13 +97,13 @@ def _first(
                 f"no state found between {base.parameter:.9g} and {end.parameter:.9g} rad"
             ) from error
         if index(point.state):
-            high, parameter = middle, float(point.parameter)
+            high, found = middle, point
         else:
             low = middle
-    return parameter
+    return found
 
 
-def before_stop(angle: float, scene: Scene) -> float:
-    """An angle of `leaving` with the sign of the scene's ramp; NaN if that stops before."""
-    stop = math.inf if scene.furthest is None else abs(scene.furthest)
-    return math.copysign(angle, scene.direction) if angle < stop else math.nan
+def before_stop(control: float, scene: Scene, image: Scene) -> float:
+    """A control at which the image of `of_start` leaves the plane, for the scene; NaN beyond its stop."""
+    own, far = control * (scene.direction * image.direction), scene.furthest
+    return own if far is None or scene.direction * (own - far) < 0.0 else math.nan

@@ -2,17 +2,9 @@
 
 from ribbonfem.names import public
 
-from .functions import (
-    equilibria,
-    escape,
-    folds,
-    frequencies,
-    instabilities,
-    leaves_plane,
-    normal_forms,
-    simulate,
-)
+from .functions import equilibria, folds, frequencies, instabilities, leaves_plane, normal_forms, state
 from .info import MODEL_INFO
+from .motion import escape, simulate
 
 __all__ = [
     "MODEL_INFO",
@@ -24,6 +16,7 @@ __all__ = [
     "leaves_plane",
     "normal_forms",
     "simulate",
+    "state",
 ]
 
 __getattr__, __dir__ = public(__name__, __all__)

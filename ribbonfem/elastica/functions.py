@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
 from ribbonfem.continuation.curves import (
     as_fold,
@@ -16,69 +14,41 @@ from ribbonfem.continuation.curves import (
     span_of,
     whole_curve,
 )
-from ribbonfem.delay import NormalForm, normal_form, scene_departure
+from ribbonfem.delay import NormalForm, normal_form
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, History, Instability
-from ribbonfem.scene import Scene, SceneError
-from ribbonfem.stepping.control import Control
-from ribbonfem.stepping.kernels import Scheme
-from ribbonfem.stepping.motion import Motion
-from ribbonfem.stepping.newmark import Held, integrate
-from ribbonfem.tableaus import Tableau
+from ribbonfem.results import Array, Branch, Fold, Instability, RestState
+from ribbonfem.scene import Scene
 
 from . import motion
 from . import out_of_plane as sideways
 from .problem import Statics, _State
+from .states import named, rest_state
 
 __all__ = [
     "equilibria",
-    "escape",
     "folds",
     "frequencies",
     "instabilities",
     "leaves_plane",
     "normal_forms",
-    "simulate",
+    "state",
 ]
 
-# elements at rest and in motion
-AT_REST, ELEMENTS = 16, 8
-TOLERANCE = 3e-5
+# elements at rest
+AT_REST = 16
 
 
-def _problem(scene: Scene, elements: int, extensible: bool) -> Statics:
-    """The equations of a beam that buckles.
-
-    Raises
-    ------
-    SceneError, OptionError
-        For a sheared scene, one that its stretch keeps flat, a mesh that cannot be.
-    """
-    problem = Statics(scene, elements, extensible)
-    if not extensible:
-        return problem
-    scene.require_buckled()
-    above = scene.compression - scene.ribbon.euler_shortening
-    if above < 1e-3 * scene.compression:
-        # this close a mesh may be below its own Euler's load
-        state, _ = equilibrium(problem, problem.start(), 0.0)
-        height = problem.observe(state, 0.0)[0]
-        if not problem.side * height > 0.1 * above**0.5:
-            raise SceneError(
-                f"Scene.compression = {scene.compression!r}: so close above Euler's load, "
-                f"{scene.ribbon.euler_shortening!r}, the beam of {problem.elements} elements stays flat"
-            )
-    return problem
-
-
-def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[Event[_State], ...]:
+def _folds(
+    problem: Statics, start: _State, scene: Scene, steps: Steps | None = None
+) -> tuple[Event[_State], ...]:
     """As `ramp_folds`, which looks where a ramp lands beyond each fold.
 
     A clamp that is turned against its beam meets one, beyond which the beam is on the other side.
     """
     limit = 2.0 * math.pi if scene.furthest is None else abs(scene.furthest)
-    if scene.turning and scene.drive in ("left", "right") and scene.direction * problem.side > 0.0:
-        point = first_point(problem, problem.start(), 0.0, scene.direction)
+    plain = scene.drive in ("left", "right") and not scene.dressed
+    if plain and scene.direction * problem.side > 0.0:
+        point = first_point(problem, start, 0.0, scene.direction)
         for segment in trace(problem, point, (-limit, limit), steps):
             if segment.end.index or segment.events:
                 fold = segment.events[0] if segment.events else None
@@ -87,7 +57,7 @@ def _folds(problem: Statics, scene: Scene, steps: Steps | None = None) -> tuple[
                 break
         else:
             return ()
-    return ramp_folds(problem, problem.start(), scene, steps)
+    return ramp_folds(problem, start, scene, steps)
 
 
 @checked
@@ -106,10 +76,10 @@ def folds(
     Raises
     ------
     SceneError, OptionError, SolverError
-        For a sheared scene, a mesh that cannot be, a continuation that fails.
+        For a scene that is not planar, a mesh that cannot be, a continuation that fails.
     """
-    problem = _problem(scene, elements, extensible)
-    found = _folds(problem, scene, steps)
+    problem, start = named(scene, elements, extensible)
+    found = _folds(problem, start, scene, steps)
     of = {"model": "elastica", "scene": scene, "policy": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in found)
 
@@ -123,46 +93,44 @@ def instabilities(
     In the plane by the curve of equilibria, out of it by the second variation.  Parameters and errors as in
     `folds`.
     """
-    problem = _problem(scene, elements, extensible)
+    problem, start = named(scene, elements, extensible)
     of: dict[str, Any] = {"model": "elastica", "policy": options_given()}
-    found = ramp_events(problem, problem.start(), scene, steps)
+    found = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in found]
-    control = sideways.lost_at(problem, scene)
-    if math.isnan(control) or (points and abs(points[0].control) < abs(control)):
+    across = sideways.lost_at(problem, start, scene)
+    if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
         return tuple(points)
-    state = problem.start()
-    for part in np.linspace(0.0, control, 25):
-        state, _ = equilibrium(problem, problem.advance(state, np.zeros(len(problem.weight)), part), part)
-    height, _, load = problem.observe(state, control)
+    control = float(across.parameter)
+    height, _, load = problem.observe(across.state, control)
     # the planar state is its own mirror image: no quadratic term; the cubic one is not known in the plane
     return (Instability(control, "pitchfork", False, True, height, load, scene=scene, **of),)
 
 
 @checked
 def normal_forms(
-    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False
+    scene: Scene, *, elements: int = motion.ELEMENTS, extensible: bool = False
 ) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
-    problem = _problem(scene, elements, extensible)
-    return tuple(normal_form(problem, fold) for fold in _folds(problem, scene))
+    problem, start = named(scene, elements, extensible)
+    return tuple(normal_form(problem, fold) for fold in _folds(problem, start, scene))
 
 
 @checked
 def leaves_plane(scene: Scene, *, elements: int = AT_REST, extensible: bool = False) -> float:
-    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+    """The control at which the planar state at rest loses its stability out of its plane.
 
-    From the second variation, bending about the normal and twist, of the states from alpha = 0 in
+    From the second variation, bending about the normal and twist, of the states from the control's start in
     the direction of the scene's rate to its `stop`, or to their fold.  Parameters and errors as in
     `folds`.
 
     Returns
     -------
-    NaN where they do not lose it; 0 where the start has not got it.
+    NaN where they do not lose it; where the control starts, where the start has not got it.
     """
-    _problem(scene, elements, extensible)
+    named(scene, elements, extensible)
     return sideways.leaves_plane(scene, elements, extensible)
 
 
@@ -172,8 +140,18 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extens
 
     Parameters and errors as in `folds`.
     """
-    problem = _problem(scene, elements, extensible)
-    return motion.vibrations(problem, equilibrium(problem, problem.start(), 0.0)[0], count)
+    problem, start = named(scene, elements, extensible)
+    return motion.vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
+
+
+@checked
+def state(scene: Scene, *, elements: int = AT_REST, extensible: bool = False) -> RestState:
+    """The scene's start state, stable in its plane.
+
+    Parameters and errors as in `folds`.
+    """
+    problem, start = named(scene, elements, extensible)
+    return rest_state(problem, equilibrium(problem, start, scene.begin)[0], scene)
 
 
 @checked
@@ -188,120 +166,11 @@ def equilibria(
 ) -> Branch:
     """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` with 0 inside, (-1.5, 1.5) of angles by default.  The curve
-    climbs through
-    ever higher modes: it ends with the first state of more than `unstable` unstable directions.
+    Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
+    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve climbs through ever
+    higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
-    problem = _problem(scene, elements, extensible)
+    problem, start = named(scene, elements, extensible)
     span = span or span_of(scene)
-    curve = whole_curve(problem, problem.start(), span, steps, unstable)
+    curve = whole_curve(problem, start, span, steps, unstable, scene.begin)
     return curve.as_branch(scene, options_given(span=span), "elastica", problem.arclength)
-
-
-def _integrated(
-    problem: Statics,
-    state: _State,
-    scene: Scene,
-    control: Control,
-    held: Held | None = None,
-    every: int | None = None,
-) -> Motion:
-    """The motion from an equilibrium, or held beside it."""
-    u = motion.at_rest(problem, state)
-
-    def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
-        return motion.Motion(problem, u, scheme, rows, velocity)
-
-    return integrate("elastica", begin, scene, control, len(problem.arclength), held, every)
-
-
-@checked
-def simulate(
-    scene: Scene,
-    *,
-    elements: int = ELEMENTS,
-    extensible: bool = False,
-    method: str | Tableau = "esdirk4",
-    step: float | None = None,
-    tolerance: float | None = None,
-    spectral_radius: float | None = None,
-    every: int | None = None,
-    until: str = "end",
-) -> History:
-    """The motion from rest in the start state, through the ramp and the hold.
-
-    Parameters
-    ----------
-    scene: a planar scene with a `stop`.
-    elements: of degree 5, at least 4; errors fall as elements^-10.
-    extensible: whether the beam stretches, with EA of the rectangular section.
-    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal) or "implicit-euler".
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
-        where no next state is found.
-    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
-        beam creeps (down to 0.01 of it); 3e-5 if neither is given,
-        which leaves 3e-6 rad in a snap's angle in the median of drawn scenes and 7e-5 at most, where the
-        mesh leaves 1e-8 and 2e-5 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
-    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
-    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
-        thins them out then (`History`).
-    until: "end", or "snap", soon after the height first changes sign.
-
-    Returns
-    -------
-    `History`, with the nodes' "positions" (rows, nodes, 3) in L and "curvature" (rows, nodes) in 1/L as
-        configurations.
-
-    Raises
-    ------
-    SceneError, OptionError
-        For a sheared scene, one without `stop`, a policy that cannot be.
-    SolverError
-        If no step converges; what was reached is its `history`.
-    """
-    control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
-    problem = _problem(scene, elements, extensible)
-    scene.require_stop()
-    state, _ = equilibrium(problem, problem.start(), 0.0)
-    moved = _integrated(problem, state, scene, control, every=every)
-    policy = options_given(tolerance=control.tolerance)
-    return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
-
-
-@checked
-def escape(
-    scene: Scene,
-    *,
-    fold: int = 0,
-    amplitude: float = 3e-3,
-    elements: int = ELEMENTS,
-    extensible: bool = False,
-    tolerance: float = 1e-6,
-    until: str = "end",
-) -> History:
-    """The motion that leaves a fold at the fold's own angle, the clamp held there.
-
-    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
-    the unstable solution of the normal form; the scene says the start, the direction and the damping.
-
-    Parameters
-    ----------
-    fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole beam of mass 1, of [1e-5, 0.05].
-    tolerance: of the adaptive step, the local error of positions in L.
-    elements, extensible, until: as in `simulate`.
-
-    Raises
-    ------
-    OptionError, SolverError
-        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
-    """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
-    problem = _problem(scene, elements, extensible)
-    found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
-    velocity = problem.moving(found.state, found.velocity)
-    # the right clamp, to the last digit
-    velocity[-1] = 0.0
-    moved = _integrated(problem, found.state, scene, control, Held(found.form.angle, velocity, duration))
-    return moved.as_history(scene, options_given(), model="elastica", arclength=problem.arclength)

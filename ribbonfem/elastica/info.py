@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ribbonfem.model_info import ModelInfo
-from ribbonfem.stepping.control import ADAPTIVE, ORDERS
+from ribbonfem.stepping.methods import ALL_METHODS, method_of
 
 MODEL_INFO = ModelInfo(
     name="elastica",
     mesh="elements",
     least=4,
     planar=True,
-    methods=ORDERS,
-    adaptive=ADAPTIVE,
+    methods={name: method_of(name).order for name in ALL_METHODS},
+    adaptive=ALL_METHODS,
     # five Gauss points an element: 2 p = 10
     order=lambda policy: 10.0,
     size=lambda policy: 1.0 / policy["elements"],

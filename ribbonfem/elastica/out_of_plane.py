@@ -1,14 +1,14 @@
 """Stability of the planar elastica out of its plane: bending about the normal, coupled with twist.
 
-At an equilibrium with the frame (t, n, b), b across the plane, curvature kappa and force F in the
-plane, turn the cross-sections by psi = theta t + beta n.  To first order the twist is
-theta' - kappa beta and the bending about n is beta' + kappa theta; to second order the curvature
-changes by -[theta (beta' + kappa theta) - beta (theta' - kappa beta)] / 2 and the tangent by
+At an equilibrium with the frame (t, n, b), b across the plane, curvature kappa, moment m = kappa less the
+natural curvature, and force F in the plane, turn the cross-sections by psi = theta t + beta n.  To first
+order the twist is theta' - kappa beta and the bending about n is beta' + kappa theta; to second order the
+curvature changes by -[theta (beta' + kappa theta) - beta (theta' - kappa beta)] / 2 and the tangent by
 -beta b + beta (theta n - beta t) / 2.  With s = 1 + c F.t the second variation of the functional
 of `elastica.problem` is
 
     int 1/2 [ GJ (theta' - kappa beta)^2 + EI1 (beta' + kappa theta)^2
-              - kappa (theta beta' - beta theta' + kappa theta^2 + kappa beta^2)
+              - m (theta beta' - beta theta' + kappa theta^2 + kappa beta^2)
               + s (F.t beta^2 - F.n theta beta) ] ds
 
 over beta and theta that vanish at the clamps, with int s beta ds = 0: the ends do not move across.
@@ -16,12 +16,11 @@ over beta and theta that vanish at the clamps, with int s beta ds = 0: the ends 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation import Point
 from ribbonfem.continuation.out_of_plane import before_stop, leaving, of_start
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.results import Array, SolverError
@@ -29,6 +28,7 @@ from ribbonfem.scene import Ribbon, Scene
 
 from .kernels.beam import P
 from .problem import Statics, _State
+from .states import named
 
 
 class Sideways:
@@ -49,6 +49,7 @@ class Sideways:
         """Number of unstable directions out of the plane."""
         problem = self.problem
         kappa, _, _, along, across = problem.section(state)
+        moment = kappa - problem.natural(state)
         stretch = 1.0 + problem.compliance * along
         value, grad, dx = problem.tables.value, problem.tables.slope[0], problem.tables.weights
 
@@ -56,12 +57,13 @@ class Sideways:
             return np.asarray(np.einsum("qi,qj,eq->eij", left, right, factor * dx))
 
         one = np.ones_like(dx)
-        theta = self.twist * form(grad, grad, one) + form(value, value, (self.bending - 1.0) * kappa**2)
-        beta = self.bending * form(grad, grad, one)
-        beta += form(value, value, (self.twist - 1.0) * kappa**2 + stretch * along)
-        mixed = form(grad, value, (0.5 - self.twist) * kappa) + form(
-            value, grad, (self.bending - 0.5) * kappa
+        theta = self.twist * form(grad, grad, one) + form(
+            value, value, self.bending * kappa**2 - moment * kappa
         )
+        beta = self.bending * form(grad, grad, one)
+        beta += form(value, value, self.twist * kappa**2 - moment * kappa + stretch * along)
+        mixed = form(grad, value, 0.5 * moment - self.twist * kappa)
+        mixed += form(value, grad, self.bending * kappa - 0.5 * moment)
         mixed -= form(value, value, 0.5 * stretch * across)
         tangent = np.block([[theta, mixed], [mixed.swapaxes(1, 2), beta]])
         count = 2 * len(problem.arclength)
@@ -78,26 +80,19 @@ class Sideways:
 
 @lru_cache(maxsize=1024)
 def _leaving(scene: Scene, elements: int, extensible: bool) -> float:
-    problem = Statics(scene, elements, extensible)
-    state, _ = equilibrium(problem, problem.start(), 0.0)
-    return leaving(problem, state, scene, Sideways(problem, scene.ribbon).index)
+    found = lost_at(*named(scene, elements, extensible), scene)
+    return float("nan") if found is None else float(found.parameter)
 
 
 def leaves_plane(scene: Scene, elements: int, extensible: bool) -> float:
     """As `elastica.leaves_plane`; NaN also where the states at rest could not be followed."""
-    try:
-        return before_stop(_leaving(of_start(scene), elements, extensible), scene)
-    except SolverError:
-        return float("nan")
+    image = of_start(scene)
+    return before_stop(_leaving(image, elements, extensible), scene, image)
 
 
-def lost_at(problem: Statics, scene: Scene) -> float:
-    """The control at which the states of any drive lose their stability out of the plane; NaN if never."""
-    far, sign = scene.furthest, scene.direction
-    stop = sign * scene.reach_towards(sign) if far is None else far
-    still = replace(scene.at_rest, rate=sign, stop=stop)
-    state, _ = equilibrium(problem, problem.start(), 0.0)
+def lost_at(problem: Statics, start: _State, scene: Scene) -> Point[_State] | None:
+    """Where the states of any drive lose their stability out of the plane; None if they do not."""
     try:
-        return sign * leaving(problem, state, still, Sideways(problem, scene.ribbon).index)
+        return leaving(problem, start, scene, Sideways(problem, scene.ribbon).index)
     except SolverError:
-        return float("nan")
+        return None

@@ -4,11 +4,12 @@ The tangent has the angle phi to the x axis, the cross-section carries the force
 lengths in L, forces in EI2/L^2, energies in EI2/L, t = (cos phi, sin phi) in the (x, z) plane
 and c = EI2 / (EA L^2), the Hellinger-Reissner functional is
 
-    int [ phi'^2 / 2 + n . (r' - t) - c (n . t)^2 / 2 ] ds,
+    int [ (phi' - kappa0)^2 / 2 + n . (r' - t) - c (n . t)^2 / 2 - w . r ] ds + F z(1/2),
 
-so that r' = t (1 + c n . t).  The clamps are r(0) = 0, r(1) = (1 - dL/L, 0), phi(0) = -alpha,
-phi(1) = 0.  `extensible=False` is c = 0, the paper's elastica; `extensible=True` has the
-stretching stiffness of the rectangular section.
+so that r' = t (1 + c n . t), with the natural curvature kappa0, the weight w and a force F at midspan.  The
+clamps are r(0) = 0, r(1) = (1 - dL/L - compression, lift), phi(0) = -left, phi(1) = right.
+`extensible=False` is c = 0, the paper's elastica; `extensible=True` has the stretching stiffness of the
+rectangular section.
 
 Discretisation: that of the Kirchhoff elements, in the plane.  phi and r are continuous of degree
 p = 5, by their values at the Gauss-Lobatto nodes; n has its values at the p Gauss points of an
@@ -36,13 +37,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem.closed_form import euler
-from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
+from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, parameter_weight
 from ribbonfem.elements.lobatto import LineTables, interpolation_at, line_tables, lobatto_weights
+from ribbonfem.ends.planar import Rig
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import flag, require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Drive, Scene
-from ribbonfem.stepping.kernels.controls import COMPRESSION, CONTROLS, LEFT, LIFT, PUSH, RIGHT
+from ribbonfem.scene import Scene
 
 from .kernels import statics as kernels
 from .kernels.beam import P
@@ -50,29 +52,11 @@ from .kernels.beam import P
 
 @dataclass(frozen=True)
 class _State:
-    """phi at the nodes with the clamps in place, n (2,) without what loads make of it, and the push."""
+    """phi at the nodes with the clamps in place, n (2,) at the right clamp, and where the parameter is."""
 
     phi: Array
     force: Array
-    push: float
-
-
-@dataclass(frozen=True)
-class Rig:
-    """What is done to a beam besides its compression.
-
-    Attributes
-    ----------
-    controls: (CONTROLS,) where they stand at parameter 0 (`stepping.kernels.controls`), and `moves`, how they
-        change with it.
-    weight: (2,) along x and z, in EI2/L^3.
-    curvature: (elements, P) without a moment, phi' at the Gauss points in 1/L.
-    """
-
-    controls: Array
-    moves: Array
-    weight: Array
-    curvature: Array
+    at: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -114,44 +98,43 @@ def mesh_of(elements: int) -> Mesh:
     return Mesh(tables, nodes, lumps, mass, weights, coupling, coupling.T @ tables.slope[0], middle)
 
 
-# controls of a scene, in the order of `stepping.kernels.controls`
-PLANAR = ("left", "right", "compression", "lift", "force")
-
-
 @lru_cache(maxsize=32)
-def rig_of(drive: Drive, elements: int) -> Rig:
-    """What a drive moves by the parameter, and nothing else acts; kept."""
-    moves = np.array([getattr(drive, name) for name in PLANAR])
-    return Rig(np.zeros(CONTROLS), moves, np.zeros(2), np.zeros((elements, P)))
+def carried_of(elements: int) -> tuple[Array, Array]:
+    """n (elements, P) by which a beam held at its right end carries a weight, and a load at midspan, of 1."""
+    mesh, points = mesh_of(elements), line_tables(elements, P).points
+    load = np.where(points < 0.5, 1.0, 0.0)
+    if elements % 2:
+        # inside the element of midspan: D^T n is what its nodes have of the load
+        nodal = mesh.middle[elements // 2].copy()
+        nodal[0] -= 1.0
+        load[elements // 2] = np.linalg.lstsq(mesh.coupling.T, nodal, rcond=None)[0]
+    return 1.0 - points, load
 
 
 class Statics:
-    """The equilibrium equations of the elastica in one parameter, alpha if no `rig` says otherwise.
+    """The equilibrium equations of the elastica in one parameter, the scene's control if no `rig` is given.
 
     Unknowns are phi of the inner nodes and the two components of n.  A `continuation.Problem`.
     """
 
-    parameter_weight = PARAMETER_WEIGHT
-
     def __init__(self, scene: Scene, elements: int, extensible: bool, rig: Rig | None = None) -> None:
         scene.require_planar("elastica")
-        if rig is None:
-            scene.require_bare("elastica", PLANAR)
         count = whole_number("elements", elements, 4)
         require_memory("elements", elements, 4e4 * count, "the mesh")
+        self.scene = scene
         self.compliance = 1.0 / scene.ribbon.stretch_ratio if flag("extensible", extensible) else 0.0
-        self.elements = count
+        self.elements, self.extensible = count, bool(extensible)
         self.mesh = mesh = mesh_of(count)
         self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
-        self.rig = rig_of(scene.drives, count) if rig is None else rig
+        self.rig = Rig.of(scene, self.tables.points) if rig is None else rig
+        self.parameter_weight = parameter_weight(self.rig.moved)
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
         # a change of 1 rad all along weighs as much as a turn of the clamp by 1 rad
         self.weight = np.append(PARAMETER_WEIGHT * self.mass[1:-1], np.zeros(2))
-        self._carried = self._carry()
+        self._fixed, self._moves = self._carry()
         self._arrays = (
-            np.concatenate((*self._carried, self.rig.curvature[:, :, None]), axis=2),
             mesh.tables.value,
             mesh.weights,
             mesh.coupling,
@@ -166,40 +149,40 @@ class Statics:
         return self.tables.nodes
 
     def _carry(self) -> tuple[Array, Array]:
-        """n (elements, P, 2) by which the beam carries its weight and a push of 1, without a mean."""
-        rig, none = self.rig, np.zeros((self.elements, P, 2))
-        if not (rig.weight.any() or rig.controls[PUSH] or rig.moves[PUSH]):
-            return none, none
-        # D^T n = loads at the inner nodes
-        rows = np.zeros((len(self.mass), self.elements, P))
-        for e, nodes in enumerate(self.nodes):
-            rows[nodes, e] = self.mesh.coupling.T
-        matrix = rows.reshape(len(self.mass), -1)
-        matrix[-1] = self.tables.weights.ravel()
-        push = np.bincount(self.nodes.ravel(), self.middle.ravel())
-        loads = np.column_stack((self.mass, push))
-        loads[-1] = 0.0
-        solved = np.asarray(np.linalg.solve(matrix[1:], loads[1:]), dtype=np.float64).T
-        by_mass, by_push = solved.reshape(2, self.elements, P)
-        return by_mass[:, :, None] * rig.weight, np.stack((np.zeros_like(by_push), -by_push), axis=2)
+        """n by the loads and the natural curvature, (elements, P, 3), at parameter 0, and their changes."""
+        rig = self.rig
+        by_weight, by_push = carried_of(self.elements)
+        both = np.zeros((2, self.elements, P, 3))
+        for table, share, push in zip(both, rig.share, (rig.controls[PUSH], rig.moves[PUSH]), strict=True):
+            if share:
+                table[:, :, :2] = by_weight[:, :, None] * (share * rig.weight)
+                table[:, :, 2] = share * rig.curvature
+            table[:, :, 1] -= push * by_push
+        return both[0], both[1]
+
+    def _carried(self, parameter: float) -> Array:
+        carried: Array = self._fixed + parameter * self._moves
+        return carried
 
     def controls(self, parameter: float) -> Array:
         """(CONTROLS,) at a value of the parameter."""
-        moved: Array = self.rig.controls + parameter * self.rig.moves
-        return moved
+        return self.rig.at(parameter)
 
     def force(self, state: _State) -> Array:
         """n (elements, P, 2) at the Gauss points."""
-        by_weight, by_push = self._carried
-        force: Array = state.force + by_weight + state.push * by_push
+        force: Array = state.force + self._carried(state.at)[:, :, :2]
         return force
+
+    def natural(self, state: _State) -> Array:
+        """phi' (elements, P) without a moment at the Gauss points."""
+        return self._carried(state.at)[:, :, 2]
 
     def start(self) -> _State:
         """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
         bent = euler.bent(1.0 - self.chord, self.compliance)
         phi = euler.tangent_angle(bent, self.tables.nodes)
         phi[0] = phi[-1] = 0.0
-        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]), 0.0)
+        return _State(self.side * phi, np.array([-16.0 * euler.pendulum(bent)[1] ** 2, 0.0]))
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
         """Move the inner angles and the force, and the clamps to `parameter`."""
@@ -207,13 +190,14 @@ class Statics:
         phi[1:-1] += increment[:-2]
         controls = self.controls(parameter)
         phi[0], phi[-1] = -controls[LEFT], controls[RIGHT]
-        return _State(phi, state.force + increment[-2:], float(controls[PUSH]))
+        return _State(phi, state.force + increment[-2:], parameter)
 
     def linearise(self, state: _State, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         moves, controls = self.rig.moves, self.controls(parameter)
+        carried = np.concatenate((self._carried(parameter), self._moves), axis=2)
         residual, column, *parts, negative = kernels.linearised(
-            state.phi, state.force, np.array([state.push, moves[PUSH]]), *self._arrays
+            state.phi, state.force, carried, *self._arrays
         )
         residual[-2] += self.chord - controls[COMPRESSION]
         residual[-1] += controls[LIFT]
@@ -252,14 +236,14 @@ class Statics:
         by_turn = (1.0 + c * along)[:, :, None] * normal + (c * across)[:, :, None] * tangent
         phi = np.concatenate(([-turning * rig.moves[LEFT]], velocity[:-2], [turning * rig.moves[RIGHT]]))
         turn = phi[self.nodes] @ self.tables.value.T
-        longer = c * (tangent @ velocity[-2:])
+        longer = c * np.sum(tangent * (velocity[-2:] + turning * self._moves[:, :, :2]), axis=2)
         moved = self.tables.integral(by_turn * turn[:, :, None] + tangent * longer[:, :, None])
         return moved, by_turn, tangent
 
     def energy(self, state: _State) -> float:
         """Elastic energy in EI2/L, of bending and of stretch."""
         bent, _, _, along, _ = self.section(state)
-        density = (bent - self.rig.curvature) ** 2 + self.compliance * along**2
+        density = (bent - self.natural(state)) ** 2 + self.compliance * along**2
         return 0.5 * float(np.sum(self.tables.weights * density))
 
     def shape(self, state: _State) -> tuple[Array, Array]:

@@ -150,8 +150,8 @@ def moving(scene: Scene, largest: float = 1.0, began: float = 0.0, part: float =
     )
 
 
-def held(scene: Scene, control: float, duration: float) -> kernels.Ends:
-    """The controls of a scene that stay where they are for a while, in t*."""
+def held(scene: Scene, control: float, duration: float, began: float = 0.0) -> kernels.Ends:
+    """The controls of a scene that stay where they are for a while, in t*, from `began` on."""
     ends = Ends.of(scene)
     table = np.zeros((1, 6))
     table[0, 0] = control
@@ -160,9 +160,9 @@ def held(scene: Scene, control: float, duration: float) -> kernels.Ends:
         moved=ends.moved,
         chord=ends.chord,
         weight=ends.weight,
-        times=np.zeros(1),
+        times=np.array([began]),
         pieces=table,
-        kinks=np.array([0.0, duration]),
+        kinks=np.array([began, began + duration]),
         first=np.zeros(2, dtype=np.int64),
         reached=np.array([control, control]),
         longest=np.array([np.inf]),

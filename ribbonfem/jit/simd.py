@@ -30,3 +30,9 @@ root, nearest = _numbers.root, _numbers.nearest
 def increase(array: Array, indices: tuple[int, ...], value: Any) -> None:
     """array[*indices, :] += value."""
     store(array, indices, load(array, indices) + value)
+
+
+@compiled(inline=True)
+def summed(value: Any) -> float:
+    """The four of a value together."""
+    return (lane(value, 0) + lane(value, 1)) + (lane(value, 2) + lane(value, 3))

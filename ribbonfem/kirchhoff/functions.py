@@ -153,9 +153,9 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 12, extensible:
 
 @checked
 def leaves_plane(scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False) -> float:
-    """The angle (rad) at which the planar state at rest loses its stability out of its plane.
+    """The control at which the planar state at rest loses its stability out of its plane.
 
-    That of the first branch point across the plane, along the curve from alpha = 0 in the direction
+    That of the first branch point across the plane, along the curve from the control's start in the direction
     of the scene's rate, to its `stop` or to the fold.  Parameters and errors as in `folds`.
 
     Returns

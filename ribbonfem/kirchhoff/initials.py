@@ -8,8 +8,9 @@ import numpy as np
 
 from ribbonfem.ends import Ends
 from ribbonfem.options import refuse
-from ribbonfem.results import Array, History, RestState
-from ribbonfem.scene import Scene, SceneError
+from ribbonfem.results import Array, RestState
+from ribbonfem.scene import Scene
+from ribbonfem.stepping.initial import begun_again, require_fit, require_history
 from ribbonfem.stepping.kernels import KINK
 from ribbonfem.stepping.kernels import arrays as clocks
 
@@ -17,10 +18,8 @@ from .kernels import arrays
 from .kernels.batch import in_fours
 from .problem import Frames, Statics
 
-# what of the time loop's state a history keeps
-KEPT = tuple(arrays.Motion._fields)
-# L and 1; clamps that are further apart do not fit
-_FITS = 1e-8
+# what of a rod changes with the strains that it counts from
+LAW = ("offset", "stiffness", "compliance")
 
 
 def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Motion:
@@ -62,31 +61,13 @@ def of(
     if isinstance(initial, RestState):
         frames = _state(problem, scene, initial)
         return frames, lambda: _let_go(problem, frames, scene, initial), 0.0
-    if not isinstance(initial, History):
-        refuse("initial", initial, "a RestState or a History is needed")
-    kept = initial.resume
-    if initial.model != "kirchhoff" or not kept:
-        refuse("initial", initial, "a History of kirchhoff.simulate is needed")
-    if initial.scene.ribbon != scene.ribbon:
-        refuse("initial", initial, "a motion of the scene's ribbon is needed")
-    elements, extensible = initial.policy["elements"], initial.policy["extensible"]
-    if (elements, extensible) != (problem.tables.elements, problem.extensible):
-        refuse(
-            "initial",
-            initial,
-            f"its mesh has elements={elements}, extensible={extensible}; the same are needed",
-        )
+    mesh = {"elements": problem.tables.elements, "extensible": problem.extensible}
+    kept = require_history(initial, "kirchhoff", scene, mesh)
     _require_fit(problem, scene, kept["g"][[0, -1]], kept["x"][-1, :3])
 
     def motion() -> arrays.Motion:
-        state = arrays.Motion(**{name: np.array(kept[name]) for name in KEPT})
-        clock = state.clock
-        for place in (clocks.STEPS, clocks.NEWTON, clocks.REJECTED, clocks.ROWS, clocks.PHASE, clocks.AFTER):
-            clock[place] = 0.0
-        for place in (clocks.SINCE, clocks.PLACES, clocks.GAINED, clocks.CARRY, arrays.ASSEMBLIES):
-            clock[place] = 0.0
-        clock[KINK] = 1.0
-        return state
+        state = {name: np.array(kept[name]) for name in arrays.Motion._fields}
+        return arrays.Motion(**state | {"clock": begun_again(kept["clock"])})
 
     frames = Frames(np.array(kept["g"]), np.zeros(3), scene.begin)
     return frames, motion, float(kept["clock"][clocks.TIME])
@@ -120,13 +101,7 @@ def _let_go(problem: Statics, frames: Frames, scene: Scene, state: RestState) ->
 def _require_fit(problem: Statics, scene: Scene, frames: Array, reach: Array) -> None:
     ends, begin = problem.ends, scene.begin
     wanted = np.stack((ends.left(begin)[0], ends.right(begin)[0]))
-    off = max(np.abs(frames - wanted).max(), np.abs(reach - ends.reach(begin)[0]).max())
-    if not off <= _FITS:
-        where = ", ".join(f"{name} {value:.6g}" for name, value in scene.controls(begin).items() if value)
-        raise SceneError(
-            f"Scene: the clamps begin at dL/L {scene.compression:g}, dW/L {scene.shear:g}, "
-            f"{where or 'unturned'}; those of initial are off by {off:.3g}"
-        )
+    require_fit(scene, max(np.abs(frames - wanted).max(), np.abs(reach - ends.reach(begin)[0]).max()))
 
 
 def quaternions(directors: Array, first: Array) -> Array:

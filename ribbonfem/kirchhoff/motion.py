@@ -21,7 +21,7 @@ done for an element is done for four of them at once (`kernels.fours`).
 from __future__ import annotations
 
 import time as clock_time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -174,7 +174,8 @@ def simulate(
         since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
     policy = options_given(tolerance=control.tolerance)
-    return integrate(problem, start, scene, control, ramp, policy, configurations, first)
+    law = initial.resume if isinstance(initial, History) else None
+    return integrate(problem, start, scene, control, ramp, policy, configurations, first, law)
 
 
 @lru_cache(maxsize=16)
@@ -333,6 +334,7 @@ class Loop:
         taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
         rows, *configurations = map(freeze, taken)
         clock = self.motion.clock
+        law = {name: getattr(self.rod, name).copy() for name in initials.LAW}
         columns = rows.T
         kept = dict(zip(("positions", "normals"), configurations, strict=False))
         return History(
@@ -357,7 +359,7 @@ class Loop:
             policy=policy,
             model="kirchhoff",
             steps=freeze(steps),
-            resume={name: np.array(getattr(self.motion, name)) for name in initials.KEPT},
+            resume={name: value.copy() for name, value in self.motion._asdict().items()} | law,
         )
 
 
@@ -370,8 +372,11 @@ def integrate(
     policy: dict[str, Any],
     configurations: bool,
     first: Callable[[], arrays.Motion] | None = None,
+    law: Mapping[str, Array] | None = None,
 ) -> History:
     """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
+
+    `law` has what the strains of that state count from (`initials.LAW`), if it is not at rest.
 
     Raises
     ------
@@ -380,13 +385,23 @@ def integrate(
     """
     rod = discretised(problem, scene, policy.get("gyroscopic", False))
     scheme = control.method.as_scheme()
-    begin = first or (lambda: initials.at_rest(problem, start, rod.retardation > 0.0))
+
+    own = {name: getattr(rod, name).copy() for name in initials.LAW} | dict(law or {})
+
+    def begin() -> arrays.Motion:
+        for name in initials.LAW:
+            getattr(rod, name)[:] = own[name]
+        return first() if first else initials.at_rest(problem, start, rod.retardation > 0.0)
+
     if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(loop_of(scheme))
-        short = ramp._replace(ends=held(scene, start.at, 1e-6), end=1e-6, fixed=1e-6)
-        Loop(rod, scheme, begin(), False, problem.arclength).go(short)
-    run = Loop(rod, scheme, begin(), configurations, problem.arclength, policy.get("every"))
+        short = held(scene, start.at, 1e-6, float(ramp.ends.kinks[0]))
+        Loop(rod, scheme, begin(), False, problem.arclength).go(
+            ramp._replace(ends=short, end=1e-6, fixed=1e-6)
+        )
+    every = policy.get("every")
+    run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}

@@ -15,22 +15,21 @@ from . import states
 
 @lru_cache(maxsize=1024)
 def _leaving(scene: Scene, elements: int, extensible: bool) -> float:
-    """The magnitude of the angle; NaN where a fold, a fork within the plane or the stop comes first."""
+    """The control; NaN where a fold, a fork within the plane or the stop comes first."""
     problem, start = states.named(scene, elements=elements, extensible=extensible)
-    limit = abs(scene.require_stop())
-    for segment in trace(problem, first_point(problem, start, 0.0, scene.rate), (-limit, limit)):
+    sign, end = scene.direction, scene.require_stop()
+    span = (end, math.inf) if sign < 0.0 else (-math.inf, end)
+    for segment in trace(problem, first_point(problem, start, scene.begin, sign), span):
         for event in segment.events:
-            # turns about y are in the plane, those about x and z, and a force along y, across it
-            turns = event.null[:-3].reshape(-1, 4)
-            inside, across = (turns[:, 2] ** 2).sum(), (turns[:, 1::2] ** 2).sum()
-            fork = event.kind != "fold" and across > inside
-            return abs(float(event.point.parameter)) if fork else math.nan
+            fork = event.kind != "fold" and problem.crosses_plane(event.null)
+            return float(event.point.parameter) if fork else math.nan
     return math.nan
 
 
 def leaves_plane(scene: Scene, elements: int, extensible: bool) -> float:
     """As `kirchhoff.leaves_plane`; NaN also where the states at rest could not be followed."""
+    image = of_start(scene)
     try:
-        return before_stop(_leaving(of_start(scene), elements, extensible), scene)
+        return before_stop(_leaving(image, elements, extensible), scene, image)
     except SolverError:
         return math.nan

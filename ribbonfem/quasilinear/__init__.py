@@ -11,6 +11,7 @@ from .functions import (
     escape,
     folds,
     frequencies,
+    instabilities,
     normal_forms,
     simulate,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "escape",
     "folds",
     "frequencies",
+    "instabilities",
     "normal_forms",
     "simulate",
 ]

@@ -12,19 +12,27 @@ from ribbonfem.closed_form import (
     closed_form_fold,
 )
 from ribbonfem.continuation import Steps
-from ribbonfem.continuation.curves import as_fold, ramp_folds, span_of, whole_curve
+from ribbonfem.continuation.curves import (
+    as_fold,
+    instability_of,
+    ramp_events,
+    ramp_folds,
+    span_of,
+    whole_curve,
+)
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, History
+from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_from
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
-from ribbonfem.stepping.kernels import Scheme
+from ribbonfem.stepping.kernels.arrays import TIME
 from ribbonfem.stepping.motion import Motion
 from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
 from . import motion
-from .problem import Statics, _State
+from .problem import Statics
+from .states import named, resumed
 
 __all__ = [
     "ClosedFormBranch",
@@ -35,6 +43,7 @@ __all__ = [
     "escape",
     "folds",
     "frequencies",
+    "instabilities",
     "normal_forms",
     "simulate",
 ]
@@ -62,12 +71,13 @@ def folds(
     Raises
     ------
     SceneError, OptionError, SolverError
-        For a sheared scene, a mesh that cannot be, a continuation that fails.
+        For a scene that is not planar or heavy along x, a mesh that cannot be, a continuation that fails.
     """
-    problem = Statics(scene, elements, degree)
+    problem, start = named(scene, elements, degree)
     of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "policy": problem.policy}
-    if steps is not None:
-        found = ramp_folds(problem, problem.start(), _within_reach(scene), steps)
+    plain = scene.drive in ("left", "right") and not scene.dressed
+    if steps is not None or not plain:
+        found = ramp_folds(problem, start, _within_reach(scene), steps)
         return tuple(as_fold(problem, event.point, **of) for event in found)
     fold = Fold(*problem.fold(), **of)
     # turned with it the start state never folds
@@ -78,9 +88,27 @@ def folds(
 def _within_reach(scene: Scene) -> Scene:
     """The scene, stopped where mu is 4, far beyond its fold: a coarse mesh cannot bend much further."""
     limit = 4.0 * scene.compression**0.5
-    if scene.schedule is not None or (scene.stop is not None and abs(scene.stop) <= limit):
+    if (
+        not scene.turning
+        or scene.schedule is not None
+        or (scene.stop is not None and abs(scene.stop) <= limit)
+    ):
         return scene
     return replace(scene, stop=scene.direction * limit)
+
+
+@checked
+def instabilities(
+    scene: Scene, *, elements: int = 1, degree: int | None = None, steps: Steps | None = None
+) -> tuple[Instability, ...]:
+    """Where the state that a slow ramp follows is lost in its plane: folds, up to the first that is none.
+
+    Parameters and errors as in `folds`.
+    """
+    problem, start = named(scene, elements, degree)
+    of: dict[str, Any] = {"model": "quasilinear", "policy": problem.policy}
+    found = ramp_events(problem, start, _within_reach(scene), steps)
+    return tuple(instability_of(problem, event, scene, steps, of) for event in found)
 
 
 @checked
@@ -89,8 +117,8 @@ def normal_forms(scene: Scene, *, elements: int = 1, degree: int | None = None) 
 
     The default mesh is that of `simulate`; parameters and errors as in `folds`.
     """
-    problem = Statics(scene, elements, degree)
-    return ramp_normal_forms(problem, problem.start(), _within_reach(scene))
+    problem, start = named(scene, elements, degree)
+    return ramp_normal_forms(problem, start, _within_reach(scene))
 
 
 @checked
@@ -99,10 +127,10 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = 1, degree: int 
 
     Parameters and errors as in `folds`, but that one element is of degree 24, for the higher modes.
     """
-    problem = Statics(scene, elements, degree)
+    problem, start = named(scene, elements, degree)
     if degree is None and problem.elements == 1:
-        problem = Statics(scene, 1, _FOR_MODES)
-    return problem.frequencies(problem.start(), count)
+        problem, start = named(scene, 1, _FOR_MODES)
+    return problem.frequencies(start, count)
 
 
 @checked
@@ -115,34 +143,32 @@ def equilibria(
     unstable: int = 2,
     steps: Steps | None = None,
 ) -> Branch:
-    """The connected curve of equilibria through the start state, for alpha in `span`.
+    """The connected curve of equilibria through the start state, for controls in `span`.
 
-    Parameters and errors as in `folds`; `span` in rad, with 0 inside.  The curve climbs through
-    ever higher modes: it ends with the first state of more than `unstable` unstable directions.
+    Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
+    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve climbs through ever
+    higher modes: it ends with the first state of more than `unstable` unstable directions.
     """
-    problem = Statics(scene, elements, degree)
+    problem, start = named(scene, elements, degree)
     span = span or span_of(scene)
-    curve = whole_curve(problem, problem.start(), span, steps, unstable)
+    curve = whole_curve(problem, start, span, steps, unstable, scene.begin)
     return curve.as_branch(
         scene, options_given(**problem.policy, span=span), "quasilinear", problem.arclength
     )
 
 
 def _integrated(
-    problem: Statics,
-    state: _State,
-    scene: Scene,
-    control: Control,
-    held: Held | None = None,
-    every: int | None = None,
+    problem: Statics, begin: dict[str, Array], scene: Scene, control: Control, **options: Any
 ) -> Motion:
-    """The motion from an equilibrium, or held beside it."""
-
-    def begin(scheme: Scheme, rows: int, velocity: Array | None) -> motion.Motion:
-        return motion.Motion(problem, state, scheme, rows, velocity)
-
-    scaled = control.in_units_of(problem.scale)
-    return integrate("quasilinear", begin, scene, scaled, len(problem.arclength), held, every)
+    """The motion from a state."""
+    return integrate(
+        "quasilinear",
+        lambda scheme, rows: motion.Motion(problem, begin, scheme, rows),
+        scene,
+        control.in_units_of(problem.scale),
+        len(problem.arclength),
+        **options,
+    )
 
 
 @checked
@@ -156,13 +182,15 @@ def simulate(
     tolerance: float | None = None,
     spectral_radius: float | None = None,
     every: int | None = None,
+    configurations: bool = True,
     until: str = "end",
+    initial: History | None = None,
 ) -> History:
     """The motion from rest in the start state, through the ramp and the hold.
 
     Parameters
     ----------
-    scene: a planar scene with a `stop`.
+    scene: a planar scene with a `stop` or a `schedule`.
     elements: one of degree 18, whose folds are exact to 1e-12, or at least 4 cubic Hermite elements, whose
         errors fall as elements^-4.
     degree: of the elements, if another: above 3 there are bubbles beside the Hermite functions, and any
@@ -178,7 +206,10 @@ def simulate(
     spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
     every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
         thins them out then (`History`).
+    configurations: False leaves positions and curvatures out of the result.
     until: "end", or "snap", soon after the height first changes sign.
+    initial: a `History` whose last instant is gone on from: time goes on, and dissipated energy and work.  Of
+        the same mesh, ribbon and compression; its clamps have to be where the scene's begin.
 
     Returns
     -------
@@ -187,14 +218,34 @@ def simulate(
     Raises
     ------
     SceneError, OptionError
-        For a sheared scene, one without `stop`, a policy that cannot be.
+        For a scene that is not planar, one without `stop`, a policy that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
-    problem = Statics(scene, elements, degree)
     scene.require_stop()
-    moved = _integrated(problem, problem.start(), scene, control, every=every)
+    began = 0.0
+    if initial is None:
+        problem, start = named(scene, elements, degree)
+        begin = motion.at_rest(problem, start)
+    else:
+        problem = Statics(scene, elements, degree)
+        begin = resumed(problem, scene, initial)
+        began = float(begin["clock"][TIME])
+    since = began
+    if until == "snap" and not scene.usual:
+        # a snap is asked for: what is one is said by the states at rest
+        since += snaps_from(scene, "quasilinear", problem.policy) / problem.unit
+    moved = _integrated(
+        problem,
+        begin,
+        scene,
+        control,
+        every=every,
+        since=since,
+        began=began,
+        configurations=configurations,
+    )
     policy = options_given(**problem.policy, tolerance=control.tolerance)
     return moved.as_history(
         scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
@@ -230,11 +281,10 @@ def escape(
         For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
-    problem = Statics(scene, elements, degree)
-    found, duration = scene_departure(problem, problem.start(), scene, fold, amplitude)
-    moved = _integrated(
-        problem, found.state, scene, control, Held(found.form.angle, found.velocity[:-1], duration)
-    )
+    problem, start = named(scene, elements, degree)
+    found, duration = scene_departure(problem, start, scene, fold, amplitude)
+    begin = motion.at_rest(problem, found.state) | {"v": found.velocity[:-1]}
+    moved = _integrated(problem, begin, scene, control, held=Held(found.form.angle, duration))
     policy = options_given(**problem.policy)
     return moved.as_history(
         scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale

@@ -41,8 +41,8 @@ class Mesh:
     height: (n + 4,) their largest values.
     nodes: (nodes,) s/L where shapes are handed out; value, bend: Z and Z'' there.
     middle: (2, n + 4) Z and Z' at midspan.
-    slope, shares: Z' at points between the nodes, (points, n + 4), and their weights, as many for each
-        stretch between nodes.
+    points: (points,) s/L between the nodes, as many for each stretch between two, and shares, their weights;
+        slope, curvature: Z' and Z'' there, (points, n + 4).
     """
 
     stiffness: Array
@@ -55,7 +55,9 @@ class Mesh:
     value: Any
     bend: Any
     middle: Array
+    points: Array
     slope: Any
+    curvature: Any
     shares: Array
 
     @property
@@ -131,6 +133,7 @@ def mesh_of(elements: int, degree: int) -> Mesh:
     at, share = np.polynomial.legendre.leggauss(min(degree, 4))
     lengths = np.diff(local)
     between = local[:-1, None] + 0.5 * lengths[:, None] * (1.0 + at)
+    within_stretches = _tables(elements, degree, order, between.ravel())
     fine = _tables(elements, degree, order, np.linspace(0.0, 1.0, 16 * (len(local) - 1) + 1))[0]
     half = np.array([1.0 if elements % 2 == 0 else 0.5])
     middle = [table[(elements - 1) // 2] for table in _tables(elements, degree, order, half)]
@@ -145,7 +148,9 @@ def mesh_of(elements: int, degree: int) -> Mesh:
         value=csr_array(value),
         bend=csr_array(bend),
         middle=np.stack(middle[:2]),
-        slope=csr_array(_tables(elements, degree, order, between.ravel())[1]),
+        points=((np.arange(elements)[:, None] + between.ravel()) / elements).ravel(),
+        slope=csr_array(within_stretches[1]),
+        curvature=csr_array(within_stretches[2]),
         shares=np.tile((0.5 / elements * lengths[:, None] * share).ravel(), elements),
     )
 

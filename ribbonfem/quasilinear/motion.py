@@ -40,36 +40,47 @@ def discretised(problem: Statics) -> beam.Beam:
         mass=mass,
         middle=mesh.middle[0].copy(),
         height=mesh.height[: mesh.count].copy(),
-        weight=np.zeros(mesh.count),
+        weight=problem.heavy,
+        bent=problem.bent,
+        own=problem.own,
         scale=problem.scale,
+        retardation=problem.scene.ribbon.retardation / problem.unit,
     )
 
 
-class Motion:
-    """A beam in motion, as `stepping.newmark` runs it; with a velocity (n,) its clamps are held."""
+def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
+    """The state of the time loop in an equilibrium, by the names of `beam.Motion`."""
+    n = problem.mesh.count
+    ends = np.zeros((3, ENDS))
+    ends[0] = state.z[n:]
+    still, clock = np.zeros(n), np.zeros(beam.CLOCK_SIZE)
+    clock[KINK] = 1.0
+    return {
+        "z": state.z[:n],
+        "v": still,
+        "a": still,
+        "auxiliary": still,
+        "load": np.array([state.load]),
+        "ends": ends,
+        "clock": clock,
+    }
 
-    def __init__(
-        self, problem: Statics, state: _State, scheme: Scheme, rows: int, velocity: Array | None = None
-    ) -> None:
+
+class Motion:
+    """A beam in motion, as `stepping.newmark` runs it, from a state by the names of `beam.Motion`."""
+
+    def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
         n = problem.mesh.count
-        self.clock = np.zeros(beam.CLOCK_SIZE)
-        self.clock[KINK] = 1.0
         self.scheme, self.problem = scheme, problem
         self._dofs = np.empty((rows, n + ENDS))
-        ends = np.zeros((3, ENDS))
-        ends[0] = state.z[n:]
-        still = np.zeros(n)
-        motion = beam.Motion(
-            z=state.z[:n].copy(),
-            v=still.copy() if velocity is None else velocity.copy(),
-            a=still.copy(),
-            auxiliary=still.copy(),
-            load=np.array([state.load]),
-            ends=ends,
-            clock=self.clock,
-        )
+        motion = beam.Motion(**{name: value.copy() for name, value in begin.items()})
+        self.clock = motion.clock
         memory = beam.scratch(n, problem.mesh.width, scheme.stages)
         self.model = beam.Moving(discretised(problem), memory, motion, self._dofs)
+
+    def kept(self) -> dict[str, Array]:
+        """What it goes on from."""
+        return {name: value.copy() for name, value in self.model.motion._asdict().items()}
 
     def observed(self, count: int) -> tuple[Array, Array, Array]:
         """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""

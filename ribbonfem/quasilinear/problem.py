@@ -22,11 +22,13 @@ import numpy as np
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
-from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation
+from ribbonfem.continuation import Linearisation, parameter_weight
+from ribbonfem.ends.planar import Rig
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, SceneError
 
 from .mesh import ENDS, mesh_of, modes_of
 
@@ -38,24 +40,28 @@ HIGHEST = 40
 
 @dataclass(frozen=True)
 class _State:
-    """Dofs (n + 4,), those of the ends last and in place, and sigma^2."""
+    """Dofs (n + 4,), those of the ends last and in place, sigma^2, and where the parameter is."""
 
     z: Array
     load: float
+    at: float = 0.0
 
 
 class Statics:
-    """The equilibrium equations of the beam in alpha, on a uniform mesh.
+    """The equilibrium equations of the beam on a uniform mesh, in the scene's control if no `rig` is given.
 
-    Unknowns are the free dofs of Z and sigma^2; `parameter` is alpha in rad, heights
-    are rescaled.  A `continuation.Problem`.
+    Unknowns are the free dofs of Z and sigma^2; heights are rescaled.  A `continuation.Problem`.
     """
 
-    parameter_weight = PARAMETER_WEIGHT
-
-    def __init__(self, scene: Scene, elements: int = 1, degree: int | None = None) -> None:
+    def __init__(
+        self, scene: Scene, elements: int = 1, degree: int | None = None, rig: Rig | None = None
+    ) -> None:
         scene.require_planar("quasilinear")
-        scene.require_bare("quasilinear", ("left", "right"))
+        if scene.weight[0] != 0.0:
+            raise SceneError(
+                f"Scene.gravity = {scene.gravity!r}: quasilinear has no weight along x; elastica, kirchhoff "
+                "and der do"
+            )
         count = whole_number("elements", elements, 1)
         if degree is None:
             degree = ALONE if count == 1 else CUBIC
@@ -63,15 +69,33 @@ class Statics:
         # as many dofs as four cubic elements have
         self.elements = whole_number("elements", elements, 4 if self.degree == CUBIC else 1)
         require_memory("elements", elements, 64.0 * (count * (self.degree - 1.0)) ** 2, "the mesh")
-        self.compression = scene.compression
+        self.scene, self.compression = scene, scene.compression
         self.scale = scene.compression**0.5
-        # Z and Z' at s = 0 and s = 1 where alpha is the rescaled height
-        self._moved = np.array([0.0, -1.0, 0.0, 0.0] if scene.drive == "left" else [0.0, 0.0, 0.0, 1.0])
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
         self.mesh = mesh_of(self.elements, degree)
+        self.rig = rig = Rig.of(scene, self.mesh.points) if rig is None else rig
+        self.parameter_weight = parameter_weight(rig.moved)
         self.free = slice(0, self.mesh.count)
         self.weight = np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
+        self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
+        # loads of the weight and the natural curvature, and the energy of this in the straight beam
+        self.heavy = rig.weight[1] / self.scale * self.mesh.weight
+        self.bent, self.own = np.zeros_like(self.heavy), 0.0
+        if scene.ribbon.shaped:
+            self.bent = self.mesh.curvature.T @ (self.mesh.shares * rig.curvature) / self.scale
+            self.own = 0.5 * float(self.mesh.shares @ rig.curvature**2) / self.compression
+
+    def _held(self, controls: Array) -> Array:
+        """(4,) Z and Z' of both ends."""
+        held: Array = np.array([0.0, -controls[LEFT], controls[LIFT], controls[RIGHT]]) / self.scale
+        return held
+
+    def _loads(self, controls: Array, share: float) -> Array:
+        """(n + 4,) of the force at midspan, and a share of the others."""
+        push = controls[PUSH] / self.scale
+        loads: Array = share * (self.heavy + self.bent) - push * self.mesh.middle[0]
+        return loads
 
     @property
     def policy(self) -> dict[str, int]:
@@ -92,36 +116,44 @@ class Statics:
 
     def ends(self, parameter: float) -> Array:
         """(4,) Z and Z' of both ends."""
-        return self._moved * (parameter / self.scale)
+        return self._fixed + self._moved * parameter
+
+    def shortening(self, parameter: float) -> float:
+        """The end-shortening over dL."""
+        return 1.0 + float(self.rig.at(parameter)[COMPRESSION]) / self.compression
 
     def advance(self, state: _State, increment: Array, parameter: float) -> _State:
-        """Move the free dofs and sigma^2, and turn the clamp to `parameter`."""
+        """Move the free dofs and sigma^2, and the clamps to `parameter`."""
         z = np.append(state.z[self.free] + increment[:-1], self.ends(parameter))
-        return _State(z, state.load + float(increment[-1]))
+        return _State(z, state.load + float(increment[-1]), parameter)
 
     def linearise(self, state: _State, parameter: float) -> Linearisation:
-        """Residual, its derivative in alpha, and the factorised tangent."""
-        free, mesh = self.free, self.mesh
+        """Residual, its derivative in the parameter, and the factorised tangent."""
+        free, mesh, rig = self.free, self.mesh, self.rig
         matrix = mesh.stiffness - state.load * mesh.tension
         stretch = mesh.tension @ state.z
-        residual = np.append((matrix @ state.z)[free], 1.0 - 0.5 * float(state.z @ stretch))
-        clamp = self.ends(1.0)
-        column = np.append((matrix[:, mesh.count :] @ clamp)[free], -stretch[mesh.count :] @ clamp)
+        loads = self._loads(rig.at(parameter), rig.share[0] + rig.share[1] * parameter)
+        length = self.shortening(parameter) - 0.5 * float(state.z @ stretch)
+        residual = np.append((matrix @ state.z - loads)[free], length)
+        more = (matrix[:, mesh.count :] @ self._moved - self._loads(rig.moves, rig.share[1]))[free]
+        shorter = rig.moves[COMPRESSION] / self.compression - stretch[mesh.count :] @ self._moved
         arrow = Arrow(np.ascontiguousarray(mesh.band(matrix).T), -stretch[free][None, :])
         # one negative eigenvalue belongs to the multiplier
-        return Linearisation(residual, column, arrow.solve, arrow.negative - 1)
+        return Linearisation(residual, np.append(more, shorter), arrow.solve, arrow.negative - 1)
 
     def fold(self) -> tuple[float, float, float]:
-        """alpha, z(1/2)/L and sigma^2 at the fold that the start state meets, its clamp turned against it."""
+        """alpha, z(1/2)/L and sigma^2 at the fold that the start state meets, one clamp turned against it.
+
+        Of a scene in which nothing else acts.
+        """
         modes, mesh = modes_of(self.elements, self.degree), self.mesh
+        turned = self._moved * self.scale
         by_bend, by_slope = (
-            modes.phi.T @ matrix[self.free, mesh.count :] @ self._moved
+            modes.phi.T @ matrix[self.free, mesh.count :] @ turned
             for matrix in (mesh.stiffness, mesh.tension)
         )
         c = by_bend - modes.squares * by_slope
-        own = float(
-            self._moved @ mesh.tension[mesh.count :, mesh.count :] @ self._moved - by_slope @ by_slope
-        )
+        own = float(turned @ mesh.tension[mesh.count :, mesh.count :] @ turned - by_slope @ by_slope)
         low, high = modes.squares[:2]
 
         def steepness(s: float) -> float:
@@ -151,12 +183,15 @@ class Statics:
 
     def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
         """M v of rates of the free dofs and of sigma^2, which has no mass; of alpha too."""
-        z = np.append(velocity[:-1], self.ends(turning))
+        z = np.append(velocity[:-1], turning * self._moved)
         return np.append((self.mesh.mass @ z)[self.free], 0.0)
 
     def energy(self, state: _State) -> float:
         """Elastic energy in EI2/L."""
-        return 0.5 * self.compression * float(state.z @ (self.mesh.stiffness @ state.z))
+        rig = self.rig
+        share = rig.share[0] + rig.share[1] * state.at
+        bending = 0.5 * float(state.z @ (self.mesh.stiffness @ state.z)) - share * float(self.bent @ state.z)
+        return self.compression * (bending + share**2 * self.own)
 
     def middle(self, z: Array) -> tuple[float, float]:
         """Z and Z' at midspan."""

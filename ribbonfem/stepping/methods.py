@@ -15,7 +15,7 @@ from ribbonfem.tableaus import Tableau
 from . import kernels
 
 METHODS = (*tableaus.TABLEAUS, "generalised-alpha", "newmark")
-# those of the Kirchhoff rod, which alone has the mean of its forces along a step
+# those of the elastica and the Kirchhoff rod, which have the means of their forces along a step
 ALL_METHODS = (*METHODS, "discrete-gradient")
 
 

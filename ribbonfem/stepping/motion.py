@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,15 +21,19 @@ class Motion:
 
     Attributes
     ----------
-    rows: with the columns of the time loop, slopes, positions (rows, nodes, 3) in L and curvature
-        (rows, nodes) in 1/L, as `integrate` was told to observe them.
+    rows: with the columns of the time loop, slopes, and where configurations are kept positions (rows,
+        nodes, 3) in L and curvature (rows, nodes) in 1/L.
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
+    resume: what the model's stepper goes on from.
+    rings: whether velocities ring from step to step, so that they are not told.
     """
 
     rows: Rows
     stats: dict[str, float]
     problem: str
+    resume: Mapping[str, Array]
+    rings: bool
 
     def as_history(
         self,
@@ -47,9 +52,9 @@ class Motion:
             If the end was not reached; its `history` is what was.
         """
         second = scene.ribbon.inertial_time
-        units = (second, 1.0, length, *(length**2,) * 5, 1.0, length / second)
+        units = (second, 1.0, length, *(length**2,) * 5, 1.0, math.nan if self.rings else length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
-        whole, positions, curvature = map(freeze, taken)
+        whole, *shapes = map(freeze, taken)
         time, angle, height, *energies, load, velocity, _, slope = whole.T
         history = History(
             time=time,
@@ -57,7 +62,7 @@ class Motion:
             height=height,
             slope=slope,
             energies=dict(zip(ENERGIES, energies, strict=True)),
-            configurations={"positions": positions, "curvature": curvature},
+            configurations=dict(zip(("positions", "curvature"), shapes, strict=False)),
             load=load,
             arclength=arclength,
             velocity=velocity,
@@ -66,6 +71,7 @@ class Motion:
             policy=policy,
             model=model,
             steps=freeze(steps),
+            resume=self.resume,
         )
         if self.problem:
             where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"

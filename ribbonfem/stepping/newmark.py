@@ -25,6 +25,7 @@ from typing import Protocol
 import numpy as np
 
 from ribbonfem.ends import held as held_ends
+from ribbonfem.ends import moving
 from ribbonfem.options import require_duration
 from ribbonfem.results import Array
 from ribbonfem.row_buffer import some_steps
@@ -40,6 +41,8 @@ ROWS = 512
 # part of the tolerance that Newton may leave in a position, and what it may leave in one of a fixed step, L:
 # factors that are kept leave what they may, and all of it to one side
 REST, FIXED_REST = 3e-3, 1e-11
+# the most of it where energy is to be balanced: of means of forces
+MEAN_REST = 1e-8
 # part of the largest energy so far that an adaptive step may gain: a method that damps little may pump what
 # it does not resolve
 GAIN = 1e-4
@@ -53,10 +56,9 @@ _warm: set[str] = set()
 
 @dataclass(frozen=True)
 class Held:
-    """A motion at a fixed clamp: its angle (rad), the first velocity (per t*), and for how long (s)."""
+    """A motion with the control where it is: its value, and for how long (s)."""
 
-    angle: float
-    velocity: Array
+    control: float
     duration: float
 
 
@@ -64,6 +66,10 @@ class Moving(Protocol):
     """A beam in motion, with the clock of its time loop."""
 
     clock: Array
+
+    def kept(self) -> dict[str, Array]:
+        """What it goes on from, by names."""
+        ...
 
     def observed(self, count: int) -> tuple[Array, Array, Array]:
         """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
@@ -76,16 +82,18 @@ class Moving(Protocol):
 
 def integrate(
     name: str,
-    begin: Callable[[kernels.Scheme, int, Array | None], Moving],
+    begin: Callable[[kernels.Scheme, int], Moving],
     scene: Scene,
     control: Control,
     nodes: int,
+    *,
     held: Held | None = None,
     every: int | None = None,
+    since: float = 0.0,
+    began: float = 0.0,
+    configurations: bool = True,
 ) -> Motion:
-    """Step a beam from rest in an equilibrium through the scene's ramp and hold.
-
-    If it is `held`, from the equilibrium with that velocity at a fixed clamp instead.
+    """Step a beam through the scene's ramp and hold, or while the control is `held`.
 
     A fixed step is shortened so that a whole number of steps fits the ramp, and the hold.  An
     adaptive one keeps the estimated local error of positions below the tolerance.  A Newton iteration
@@ -95,47 +103,56 @@ def integrate(
     Parameters
     ----------
     name: of the model.
-    begin: makes the beam, for a method, so many rows, and a first velocity.
+    begin: makes the beam where it begins, for a method and so many rows.
     nodes: whose positions are handed out.
+    since: t*, from when on a passage of zero is the snap that ends a run.
+    began: t*, the time that has passed before.
+    configurations: whether positions and curvatures are.
 
     Raises
     ------
     OptionError, SceneError
         For a run of more steps, or more memory, than `policy.require_duration` allows.
     """
-    row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes)
-    ends = None
+    row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes * configurations)
     if held is None:
         require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
+        ends = moving(scene, began=began)
     else:
-        ends = held_ends(scene, held.angle, held.duration / scene.ribbon.inertial_time)
+        ends = held_ends(scene, held.control, held.duration / scene.ribbon.inertial_time)
+    newton = FIXED_REST if control.tolerance is None else REST * control.tolerance
+    if control.method.mean:
+        newton = min(newton, MEAN_REST)
     ramp = ramp_of(
         scene,
         control,
         ends,
-        newton=FIXED_REST if control.tolerance is None else REST * control.tolerance,
+        since,
+        newton=newton,
         every=every or 1,
         gain=GAIN,
         least_growth=LEAST_GROWTH,
     )
-    scheme, velocity = control.method.as_scheme(), None if held is None else held.velocity
+    scheme = control.method.as_scheme()
     if name not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
         _warm.add(name)
-        short = ramp._replace(ends=held_ends(scene, 0.0, 1e-6), end=1e-6, fixed=1e-6)
-        begin(scheme, 8, velocity).run(short, np.empty((8, kernels.ROW_SIZE)))
-    kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, (nodes, 3), (nodes,), every=every)
+        short = ramp._replace(
+            ends=held_ends(scene, float(ends.reached[0]), 1e-6, began), end=1e-6, fixed=1e-6
+        )
+        begin(scheme, 8).run(short, np.empty((8, kernels.ROW_SIZE)))
+    kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, *((nodes, 3), (nodes,))[: 2 * configurations], every=every)
     kept.kinks = ramp.ends.kinks
     rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), nodes)
     began = time.perf_counter()
-    beam = begin(scheme, len(rows), velocity)
+    beam = begin(scheme, len(rows))
     full, status, clock = "", kernels.FULL, beam.clock
     while status == kernels.FULL and not full:
         clock[kernels.ROWS] = 0.0
         status = beam.run(ramp, rows)
         count = int(clock[kernels.ROWS])
         slope, *shapes = beam.observed(count)
-        kept.append(np.column_stack((rows[:count], slope)), *shapes)
+        kept.append(np.column_stack((rows[:count], slope)), *shapes[: 2 * configurations])
         full = kept.full
     seconds = time.perf_counter() - began
     return Motion(
@@ -148,4 +165,6 @@ def integrate(
             "seconds": seconds,
         },
         problem=full or problem_of(status, scene, control),
+        resume=beam.kept(),
+        rings=control.method.mean,
     )

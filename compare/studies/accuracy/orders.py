@@ -120,7 +120,7 @@ def _in_motion() -> list[Refined]:
     for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
         found += [
             _in_step(planar, label, model, _MOVING_BEAM, method, _STEPS, {"elements": elements})
-            for method in MODEL_INFO["elastica"].methods
+            for method in MODEL_INFO[model].methods
         ]
     # an iteration stopped early leaves an error that does not fall with the step
     exact = {"nodes": 26, "newton_tolerance": 1e-11}

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.groups import groups_of
 from ribbonfem.jit.references import by_reference
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import CONTROLS
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
 from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
-from .beam import PHI, ROWS, Beam, Solver
+from .beam import PHI, ROWS, Beam, P, Solver
 
 # places in the clock behind those of Newton: stages remembered, and how many when the step began
 POINTS, KNOWN = range(COMMON, COMMON + 2)
@@ -25,7 +25,7 @@ CLOCK_SIZE = COMMON + 2
 class Motion(NamedTuple):
     """State at the last accepted instant: u (G, ROWS, WIDTH), see `beam`; v, a, auxiliary (G, PHI, WIDTH).
 
-    turning (G, P + 1, WIDTH), rates of phi at the last kink.
+    turning (G, P + 1, WIDTH), rates of phi at the last kink; strain and strain_rate, see `law`.
     """
 
     u: Array
@@ -33,6 +33,8 @@ class Motion(NamedTuple):
     a: Array
     auxiliary: Array
     turning: Array
+    strain: Array
+    strain_rate: Array
     clock: Array
 
 
@@ -42,7 +44,10 @@ class Scratch(NamedTuple):
 
     u, v, a as in `Motion`, of the stage; rp, vp, known: r = rp + b a, v = vp + f a, and what stands against
     sigma r (`residual`); stage_v, stage_a of all stages; known_u (MEMORY, G, ROWS, WIDTH), states with
-    accelerations in place of positions, at known_time; controls (CONTROLS, 3).
+    accelerations in place of positions, at known_time; controls (CONTROLS, 3); of a beam that retards
+    strain, strain_rate and known_strain of a stage, and stage_strain_rate of all; of steps by means
+    (`average_vector_field`) middle, as u, positions of the past, past (KEPT, G, PHI, WIDTH) at past_time, and
+    out (2,).
     """
 
     u: Array
@@ -57,6 +62,14 @@ class Scratch(NamedTuple):
     known_u: Array
     lagrange: Array
     controls: Array
+    strain: Array
+    strain_rate: Array
+    known_strain: Array
+    stage_strain_rate: Array
+    middle: Array
+    past: Array
+    past_time: Array
+    out: Array
 
 
 @by_reference
@@ -76,8 +89,13 @@ class Moving(NamedTuple):
     row_slope: Array
 
 
-def scratch(elements: int, stages: int) -> Scratch:
-    """Memory for a mesh and a method."""
+def strains(elements: int, retards: bool) -> Array:
+    """Strains of a beam (see `law`): of one that does not retard, none."""
+    return np.zeros((groups_of(elements) if retards else 0, P, 2, WIDTH))
+
+
+def scratch(elements: int, stages: int, retards: bool, past: int = 0) -> Scratch:
+    """Memory for a mesh and a method, which looks back on so many steps."""
     groups = groups_of(elements)
 
     def four(*shape: int) -> Array:
@@ -96,4 +114,12 @@ def scratch(elements: int, stages: int) -> Scratch:
         known_u=four(MEMORY, groups, ROWS),
         lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),
+        strain=strains(elements, retards),
+        strain_rate=strains(elements, retards),
+        known_strain=strains(elements, retards),
+        middle=four(groups, ROWS),
+        past=four(past, groups, PHI),
+        past_time=np.zeros(past),
+        out=np.zeros(2),
+        stage_strain_rate=np.zeros((stages, *strains(elements, retards).shape)),
     )

@@ -44,9 +44,12 @@ class Beam(NamedTuple):
     n with itself through the inner x at unit inertia; mass (P + 1,), lumps, light, one over them, and inside
     (P, P + 1), coupling over them; slopes (P + 1, P + 1), derivatives at the nodes; real (G, WIDTH), 1
     where there is an element and 0 elsewhere; middle (G, P + 1, WIDTH), by which nodal values are one at
-    midspan, and push, the same over the lumps; natural (G, P, WIDTH), the curvature without a moment; weight
-    (2,), along x and z (EI2/L^3); soft, c; chord, 1 - dL/L without the compression added; elements, their
-    number.
+    midspan, and push, the same over the lumps; weight (2,), along x and z (EI2/L^3); chord, 1 - dL/L without
+    the compression added; elements, their number.
+
+    The law (`law`): natural (G, P, 1, WIDTH), the curvature without a moment; offset (G, P, 2, WIDTH), what
+    curvature and stretch count from; stiffness (1,) and compliance (1,); elastic (2,), 1 and c, both
+    where nothing retards; retardation, in t*.
     """
 
     value: Array
@@ -61,11 +64,15 @@ class Beam(NamedTuple):
     real: Array
     middle: Array
     push: Array
-    natural: Array
     weight: Array
-    soft: float
     chord: float
     elements: int
+    natural: Array
+    offset: Array
+    stiffness: Array
+    compliance: Array
+    elastic: Array
+    retardation: float
 
 
 @by_reference

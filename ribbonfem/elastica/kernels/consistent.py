@@ -23,12 +23,21 @@ from .arrays import Motion, Scratch
 from .beam import FORCE, PHI, ROWS, WIDTH, Beam, P, Solver, Z
 from .condensed import factorise, solve
 from .ends import set_places, set_turns
+from .law import know_rates, put_strain_rates, put_strains, stretch_of
 from .points import Value, cosine_sine, interpolated, resolved
 from .residual import residual
 from .tangent import STIFF, fill
 
 # refinements of a solution at the most, and the part of it below which a change is none
 _MOST, _NONE = 12, 1e-11
+
+
+@compiled(**INLINED)
+def _stretch(beam: Beam, m: Motion, group: int, k: int, along: Value) -> Value:
+    """The length of r' at a Gauss point; of a beam that retards the force does not tell it."""
+    if beam.retardation > 0.0:
+        return 1.0 + load(m.strain, (group, k, 1))
+    return stretch_of(beam, group, k, along)
 
 
 @compiled(**INLINED)
@@ -48,7 +57,7 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
 
     Rates of r and phi, and n, are in t.u; m.turning are the rates of phi found first.
     """
-    axial = STIFF if beam.soft > 0.0 else 0.0
+    axial = STIFF if beam.elastic[1] > 0.0 else 0.0
     for group in range(s.rest.shape[0]):
         for k in range(P):
             angle, _, _, _ = interpolated(beam.value, beam.coupling, m.u, group, k)
@@ -56,7 +65,7 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
             cos, sin = cosine_sine(angle)
             along, _ = resolved(m.u, group, k, cos, sin)
             weight = beam.weights[k]
-            stretch = 1.0 + beam.soft * along
+            stretch = _stretch(beam, m, group, k, along)
             across, back = stretch * rate, spread(0.0)
             if second:
                 turn = spread(0.0)
@@ -67,7 +76,9 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
                 back = turn * turn * stretch
             held, _ = resolved(t.u, group, k, cos, sin)
             if second:
-                # the axial force of the stretched beam does not jump
+                # the axial force of the stretched beam does not jump, but for its viscous part
+                if beam.retardation > 0.0 and axial > 0.0:
+                    along = (stretch - 1.0 - load(beam.offset, (group, k, 1))) * (1.0 / beam.elastic[1])
                 held = held - along
             back = axial * held - back
             store(s.rest, (group, FORCE + 2 * k), x + weight * (across * sin - back * cos))
@@ -84,7 +95,7 @@ def _put_impulses(beam: Beam, s: Solver, m: Motion, t: Scratch, old: Array) -> N
             cos, sin = cosine_sine(angle)
             along, _ = resolved(m.u, group, k, cos, sin)
             _, across = resolved(t.u, group, k, cos, sin)
-            store(s.points, (0, k), (beam.weights[k] * (1.0 + beam.soft * along)) * across)
+            store(s.points, (0, k), (beam.weights[k] * _stretch(beam, m, group, k, along)) * across)
         for i in range(P + 1):
             x = z = moment = spread(0.0)
             for k in range(P):
@@ -157,6 +168,8 @@ def project(beam: Beam, s: Solver, m: Motion, t: Scratch, ends: Ends, nu: float)
     turning = m.turning
     fill(beam, s, m.u, 1.0, True)
     factorise(s)
+    if beam.retardation > 0.0:
+        put_strains(beam, m.u, m.strain)
     impulse = 0.0
     for second in (False, True):
         for group in range(t.u.shape[0]):
@@ -168,6 +181,9 @@ def project(beam: Beam, s: Solver, m: Motion, t: Scratch, ends: Ends, nu: float)
                 store(t.u, (group, PHI + i), spread(0.0))
             for row in range(FORCE, ROWS):
                 store(t.u, (group, row), load(m.u, (group, row)) if second else spread(0.0))
+        if second and beam.retardation > 0.0:
+            put_strain_rates(beam, m.u, m.v, turning, m.strain_rate)
+            know_rates(beam, m.strain_rate)
         set_turns(beam, t.controls, 2 if second else 1, t.u)
         set_places(beam, t.controls, 2 if second else 1, t.u)
         for group in range(t.u.shape[0] if second else 0):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, RIGHT
 
 from .beam import PHI, Beam, P, Z
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, load, spread
+from ribbonfem.jit.simd import WIDTH, lane, load, spread, summed
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .beam import FORCE, Beam, P, Z
+from .law import moment_of, stretch_of
 from .points import Value, cosine_sine, interpolated, resolved
-
-
-@compiled(**INLINED)
-def summed(value: Value) -> float:
-    """The four of a value together."""
-    return (lane(value, 0) + lane(value, 1)) + (lane(value, 2) + lane(value, 3))
 
 
 @compiled(**OPTIONS)
@@ -31,11 +26,26 @@ def kinetic_energy(beam: Beam, v: Array) -> float:
     return 0.5 * summed(total)
 
 
+@compiled(**OPTIONS)
+def potential_energy(beam: Beam, u: Array) -> float:
+    """Of the weight."""
+    wx, wz = beam.weight[0], beam.weight[1]
+    if wx == 0.0 and wz == 0.0:
+        return 0.0
+    total = spread(0.0)
+    for group in range(u.shape[0]):
+        share = spread(0.0)
+        for i in range(P + 1):
+            share += beam.mass[i] * (wx * load(u, (group, i)) + wz * load(u, (group, Z + i)))
+        total += load(beam.real, (group,)) * share
+    return -summed(total)
+
+
 @compiled(**INLINED)
-def _moment_at(beam: Beam, k: int, i: int, bent: Value, natural: Value, along: Value, across: Value) -> Value:
+def _moment_at(beam: Beam, group: int, k: int, i: int, bent: Value, along: Value, across: Value) -> Value:
     """What a Gauss point has of the moment on node i of its element."""
-    moment = beam.coupling[k, i] * (bent * (1.0 / beam.weights[k]) - natural)
-    return moment - (beam.value[k, i] * beam.weights[k]) * (1.0 + beam.soft * along) * across
+    moment = beam.coupling[k, i] * moment_of(beam, group, k, bent * (1.0 / beam.weights[k]))
+    return moment - (beam.value[k, i] * beam.weights[k]) * stretch_of(beam, group, k, along) * across
 
 
 @compiled(**OPTIONS)
@@ -46,7 +56,7 @@ def clamp_moment(beam: Beam, u: Array, group: int, place: int, i: int) -> float:
         angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
         cos, sin = cosine_sine(angle)
         along, across = resolved(u, group, k, cos, sin)
-        moment += _moment_at(beam, k, i, bent, load(beam.natural, (group, k)), along, across)
+        moment += _moment_at(beam, group, k, i, bent, along, across)
     # (a lane is a constant)
     if place == 0:
         return lane(moment, 0)
@@ -67,10 +77,10 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
     if controls[RIGHT, 1] != 0.0:
         total += controls[RIGHT, 1] * clamp_moment(beam, u, group, place, P)
     if controls[COMPRESSION, 1] != 0.0 or controls[LIFT, 1] != 0.0:
-        # with the inertia of the node that it holds
+        # with the inertia and the weight of the node that it holds
         mass = beam.mass[P]
-        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1])
-        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1])
+        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1] + beam.weight[0])
+        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1] - beam.weight[1])
         for k in range(P):
             x += beam.coupling[k, P] * u[group, FORCE + 2 * k, place]
             z += beam.coupling[k, P] * u[group, FORCE + 2 * k + 1, place]
@@ -88,6 +98,7 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
 def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
     """Elastic energy and mean compressive force of a state."""
     elastic = force = spread(0.0)
+    firm = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
     for group in range(u.shape[0]):
         share = pull = spread(0.0)
         for k in range(P):
@@ -95,9 +106,9 @@ def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
             angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
             along, _ = resolved(u, group, k, cos, sin)
-            natural = load(beam.natural, (group, k))
-            curved = bent * (1.0 / weight) - natural
-            share += weight * (curved * curved + beam.soft * along * along)
+            curved = bent * (1.0 / weight) - load(beam.natural, (group, k, 0))
+            longer = stretch_of(beam, group, k, along) - 1.0
+            share += weight * (curved * curved + firm * longer * longer)
             pull += weight * load(u, (group, FORCE + 2 * k))
         real = load(beam.real, (group,))
         elastic += real * share

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.ends.planar_kernels import PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store
@@ -14,26 +15,27 @@ from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
-    HEIGHT,
+    MEAN,
     PHASE,
     TIME,
-    VELOCITY,
     Measures,
     ModelFunctions,
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.controls import PUSH, controls_at
 from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
 
+from . import average_vector_field as means
 from . import condensed, consistent, residual, tangent
 from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
-from .energies import elastic_state, kinetic_energy, power, summed
+from .energies import elastic_state, kinetic_energy, potential_energy, power
+from .law import keep_strains, know_strains, viscous_loss
+from .record import record
 
 # an angle counts as a tenth of a length
 ANGLE = 0.1
@@ -80,6 +82,7 @@ def _move(model: Moving) -> None:
 
 
 _newton = newton_of(Equations(_residual, _factorise, _solve, _move))
+_mean_newton = newton_of(Equations(means.residual, means.factorise, _solve, means.move))
 
 
 @compiled(**OPTIONS)
@@ -134,7 +137,8 @@ def _know(model: Moving, m: Scheme, i: int, h: float, nu: float) -> tuple[float,
     else:
         f = h * m.a[i, i]
         b = f * f
-    sigma = (1.0 + nu * f) / b
+    # (of means damping is that of the middle)
+    sigma = (1.0 + nu * (0.5 * f if m.kind == MEAN else f)) / b
     of_a, of_old = m.alpha_f / (1.0 - m.alpha_m), m.alpha_m / (1.0 - m.alpha_m)
     for group in range(t.known.shape[0]):
         for row in range(PHI):
@@ -195,6 +199,7 @@ def _rescale(model: Moving, ratio: float) -> None:
 def _begin(model: Moving, clock: Array) -> None:
     copy(model.motion.v, model.scratch.stage_v[0])
     copy(model.motion.a, model.scratch.stage_a[0])
+    copy(model.motion.strain_rate, model.scratch.stage_strain_rate[0])
     clock[KNOWN] = clock[POINTS]
     renew(clock)
 
@@ -217,12 +222,20 @@ def _stage(
     _put_loads(model)
     b, f = _know(model, m, i, h, nu)
     _guess(model, clock, at, b)
+    # (strains of one stage are known as positions of Runge-Kutta's are, by the trapezoidal rule elsewhere)
+    by_rate = f if m.kind == DIRK else 0.5 * h
+    if model.beam.retardation > 0.0:
+        know_strains(model.beam, m, model.motion, t, i, h, by_rate)
     set_turns(model.beam, t.controls, 0, t.u)
     set_places(model.beam, t.controls, 0, t.u)
     used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
     _rates(model, b, f)
     if used > 0:
         _remember(model, clock, at, t.u, t.a)
+    if model.beam.retardation > 0.0:
+        keep_strains(model.beam, t, by_rate)
+        if m.kind == DIRK:
+            copy(t.strain_rate, t.stage_strain_rate[i])
     if m.kind == DIRK:
         copy(t.v, t.stage_v[i])
         copy(t.a, t.stage_a[i])
@@ -230,9 +243,70 @@ def _stage(
 
 
 @compiled(**OPTIONS)
+def _mean_stage(
+    model: Moving,
+    m: Scheme,
+    ramp: Ramp,
+    clock: Array,
+    i: int,
+    h: float,
+    at: float,
+    angle: float,
+    spin: float,
+) -> int:
+    """Solve a step by the means of its forces, into the same places."""
+    t, nu, phase = model.scratch, ramp.damping, int(clock[PHASE])
+    controls_at(ramp.ends, phase, clock[TIME], t.controls)
+    before = t.controls[PUSH, 0]
+    controls_at(ramp.ends, phase, at, t.controls)
+    after = t.controls[PUSH, 0]
+    t.controls[PUSH, 0] = 0.5 * (before + after)
+    _put_loads(model)
+    b, f = _know(model, m, i, h, nu)
+    _guess(model, clock, at, b)
+    means.guess_ringing(t, clock, b)
+    set_turns(model.beam, t.controls, 0, t.u)
+    set_places(model.beam, t.controls, 0, t.u)
+    used: int = _mean_newton(model, 2.0 * (1.0 + 0.5 * nu * f) / b, b, LARGEST, ramp, clock)
+    t.controls[PUSH, 0] = after
+    t.out[means.OUT_NEWTON] = used
+    _rates(model, b, f)
+    if used > 0:
+        means.end_forces(model.beam, t, model.motion)
+        _remember(model, clock, at, t.u, t.a)
+    return used
+
+
+@compiled(**OPTIONS)
+def _mean_begin(model: Moving, clock: Array) -> None:
+    means.balance(model.beam, model.scratch, model.motion.v, clock)
+    _begin(model, clock)
+
+
+@compiled(**OPTIONS)
+def _mean_error(model: Moving, m: Scheme, h: float) -> float:
+    return means.error_by_means(model.motion, model.scratch, model.motion.clock, h)
+
+
+@compiled(**OPTIONS)
+def _mean_accept(model: Moving, m: Scheme, h: float) -> None:
+    means.balance(model.beam, model.scratch, model.scratch.v, model.motion.clock)
+    _accept(model, m, h)
+
+
+@compiled(**OPTIONS)
+def _losses(model: Moving, nu: float, kinetic: float, strain_rate: Array) -> float:
+    lost = 2.0 * nu * kinetic
+    if model.beam.retardation > 0.0:
+        lost += viscous_loss(model.beam, strain_rate)
+    return lost
+
+
+@compiled(**OPTIONS)
 def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     t = model.scratch
-    return 2.0 * nu * kinetic_energy(model.beam, t.v), power(model.beam, t.u, t.v, t.controls, nu)
+    lost = _losses(model, nu, kinetic_energy(model.beam, t.v), t.strain_rate)
+    return lost, power(model.beam, t.u, t.v, t.controls, nu)
 
 
 @compiled(**OPTIONS)
@@ -278,59 +352,40 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
     copy(t.u, y.u)
     copy(t.v, y.v)
     copy(t.a, y.a)
+    copy(t.strain, y.strain)
+    copy(t.strain_rate, y.strain_rate)
 
 
 @compiled(**OPTIONS)
 def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     """Energies, what they lose and take, mean compressive force (`ModelFunctions`)."""
-    u, v = model.motion.u, model.motion.v
+    u, v, strain_rate = model.motion.u, model.motion.v, model.motion.strain_rate
     if solved:
-        u, v = model.scratch.u, model.scratch.v
+        u, v, strain_rate = model.scratch.u, model.scratch.v, model.scratch.strain_rate
     elastic, force = elastic_state(model.beam, u)
     kinetic = kinetic_energy(model.beam, v)
     work = power(model.beam, u, v, model.scratch.controls, nu)
-    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, work, force
-
-
-@compiled(**OPTIONS)
-def _record_shape(model: Moving, row: int) -> None:
-    """Positions, and phi' at the nodes; of a node between elements the mean of both."""
-    beam, u, bends = model.beam, model.motion.u, model.solver.points
-    for group in range(u.shape[0]):
-        for i in range(P + 1):
-            bend = spread(0.0)
-            for j in range(P + 1):
-                bend += beam.slopes[i, j] * load(u, (group, PHI + j))
-            store(bends, (0, i), bend)
-        for place in range(min(WIDTH, beam.elements - WIDTH * group)):
-            first = (WIDTH * group + place) * P
-            before = model.row_bend[row, first] if first > 0 else bends[0, 0, place]
-            for i in range(P + 1):
-                model.row_x[row, first + i, 0] = u[group, i, place]
-                model.row_x[row, first + i, 1] = 0.0
-                model.row_x[row, first + i, 2] = u[group, Z + i, place]
-                model.row_bend[row, first + i] = bends[0, i, place]
-            model.row_bend[row, first] = 0.5 * (before + bends[0, 0, place])
-
-
-@compiled(**OPTIONS)
-def _record(model: Moving, rows: Array, row: int) -> None:
-    """Height and velocity at midspan, and the shape."""
-    y, beam = model.motion, model.beam
-    height = velocity = angle = spread(0.0)
-    for group in range(y.u.shape[0]):
-        for i in range(P + 1):
-            share = load(beam.middle, (group, i))
-            height += share * load(y.u, (group, Z + i))
-            velocity += share * load(y.v, (group, Z + i))
-            angle += share * load(y.u, (group, PHI + i))
-    rows[row, HEIGHT], rows[row, VELOCITY] = summed(height), summed(velocity)
-    model.row_slope[row] = math.sin(summed(angle))
-    _record_shape(model, row)
+    lost = _losses(model, nu, kinetic, strain_rate)
+    return kinetic, elastic, potential_energy(model.beam, u), lost, work, force
 
 
 _loop = loop_of(
-    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, record)
+)
+# a loop of its own: the other is compiled without its solver
+_mean_loop = loop_of(
+    ModelFunctions(
+        _project,
+        _rescale,
+        _mean_begin,
+        _mean_stage,
+        means.flows,
+        _mean_error,
+        _reject,
+        _mean_accept,
+        _measure,
+        record,
+    )
 )
 
 
@@ -338,3 +393,9 @@ _loop = loop_of(
 def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The time loop of the elastica, see `loop_of`."""
     return _loop(model, m, ramp, clock, 1.0, rows)
+
+
+@compiled()
+def run_by_means(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
+    """The same with the means of forces along a step (`average_vector_field`)."""
+    return _mean_loop(model, m, ramp, clock, 1.0, rows)

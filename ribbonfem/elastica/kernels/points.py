@@ -60,11 +60,12 @@ def resolved(u: Array, group: int, k: int, cos: Value, sin: Value) -> tuple[Valu
 
 @compiled(**INLINED)
 def point_hessian(
-    weight: float, soft: float, cos: Value, sin: Value, along: Value, across: Value
+    stretch: Value, soft: float, cos: Value, sin: Value, along: Value, across: Value
 ) -> tuple[Value, Value, Value]:
-    """Of -n . t - c (n . t)^2 / 2 times a weight: twice in phi, and in phi and each component of n."""
-    stretch = weight * (1.0 + soft * along)
-    turn = (weight * soft) * across
+    """Of -n . t - c (n . t)^2 / 2: twice in phi, and in phi and each component of n; by a weight with it in
+    the stretch and in c.
+    """
+    turn = soft * across
     return (
         along * stretch - turn * across,
         sin * stretch - turn * cos,

@@ -17,6 +17,7 @@ from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.results import Array
 
 from .beam import FORCE, PHI, Beam, P, Solver, Z
+from .law import moment_of, stretch_of
 from .points import cosine_sine, interpolated, resolved
 
 
@@ -30,10 +31,10 @@ def residual(beam: Beam, s: Solver, u: Array, known: Array, sigma: float) -> Non
             cos, sin = cosine_sine(angle)
             along, across = resolved(u, group, k, cos, sin)
             weight = beam.weights[k]
-            stretch = weight * (1.0 + beam.soft * along)
+            stretch = weight * stretch_of(beam, group, k, along)
             store(rest, (group, FORCE + 2 * k), x - stretch * cos)
             store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin)
-            store(points, (0, k), bent * (1.0 / weight) - load(beam.natural, (group, k)))
+            store(points, (0, k), moment_of(beam, group, k, bent * (1.0 / weight)))
             store(points, (1, k), stretch * across)
         for i in range(P + 1):
             x = z = moment = spread(0.0)

@@ -18,7 +18,6 @@ from .beam import P
 def _assemble(
     phi: Array,
     force: Array,
-    push: Array,
     carried: Array,
     value: Array,
     weights: Array,
@@ -32,13 +31,13 @@ def _assemble(
     residual: Array,
     column: Array,
 ) -> None:
-    """Residual and second derivatives of the Lagrangian in the inner angles and the mean of n.
+    """Residual and second derivatives of the Lagrangian in the inner angles and n at the right clamp.
 
     Parameters
     ----------
-    phi: (nodes,) angles.  force: (2,), n without what loads make of it.  push: (2,), the one at midspan, and
-        its change with the parameter.
-    carried: (elements, P, 5), n by the weight, n by a push of 1, and the natural curvature.
+    phi: (nodes,) angles.
+    force: (2,), n at the right clamp.
+    carried: (elements, P, 6), n by the loads and the natural curvature, and their changes with the parameter.
     value, weights, coupling, bending, soft: see `beam.Beam`.
     ends: (2,) changes of phi of the left and of the right clamp with the parameter.
     band: (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border: (2, m); corner: (2, 2).
@@ -61,8 +60,7 @@ def _assemble(
                 angle += value[k, i] * phi[first + 1 + i]
                 bent += coupling[k, i] * phi[first + 1 + i]
             cos, sin, weight = math.cos(angle), math.sin(angle), weights[k]
-            nx = force[0] + carried[e, k, 0] + push[0] * carried[e, k, 2]
-            nz = force[1] + carried[e, k, 1] + push[0] * carried[e, k, 3]
+            nx, nz = force[0] + carried[e, k, 0], force[1] + carried[e, k, 1]
             along, across = nx * cos + nz * sin, nz * cos - nx * sin
             stretch = weight * (1.0 + soft * along)
             axial = weight * soft
@@ -74,9 +72,9 @@ def _assemble(
             corner[0, 0] -= axial * cos * cos
             corner[0, 1] -= axial * cos * sin
             corner[1, 1] -= axial * sin * sin
-            moment = bent / weight - carried[e, k, 4]
-            # of a push that changes with the parameter
-            more_x, more_z = push[1] * carried[e, k, 2], push[1] * carried[e, k, 3]
+            moment = bent / weight - carried[e, k, 2]
+            # of loads that change with the parameter
+            more_x, more_z = carried[e, k, 3], carried[e, k, 4]
             turned = bx * more_x + bz * more_z
             longer = axial * (cos * more_x + sin * more_z)
             column[inner] -= longer * cos
@@ -86,7 +84,7 @@ def _assemble(
                 by_x, by_z = value[k, i] * bx, value[k, i] * bz
                 if 0 <= a < inner:
                     residual[a] += coupling[k, i] * moment - value[k, i] * stretch * across
-                    column[a] += value[k, i] * turned
+                    column[a] += value[k, i] * turned - coupling[k, i] * carried[e, k, 5]
                     border[0, a] += by_x
                     border[1, a] += by_z
                     for j in range(i, P + 1):
@@ -118,7 +116,6 @@ def _assemble(
 def linearised(
     phi: Array,
     force: Array,
-    push: Array,
     carried: Array,
     value: Array,
     weights: Array,
@@ -134,7 +131,6 @@ def linearised(
     _assemble(
         phi,
         force,
-        push,
         carried,
         value,
         weights,

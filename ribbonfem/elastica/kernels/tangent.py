@@ -13,6 +13,7 @@ from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .beam import N0, PLACES, SIZE, Beam, P, Solver
+from .law import stretch_of
 from .points import Value, cosine_sine, interpolated, point_hessian, resolved
 
 # by how much a rate of the stretched beam's axial force is held back in the hidden constraints
@@ -54,7 +55,7 @@ def _fill_turns(beam: Beam, s: Solver, group: int, impulsive: bool) -> None:
     local, curved = s.local, s.points
     for i in range(P + 1):
         for j in range(i + 1):
-            total = spread(0.0 if impulsive else beam.bending[i, j])
+            total = spread(0.0 if impulsive else beam.stiffness[0] * beam.bending[i, j])
             if impulsive:
                 if i == j:
                     total += SMALL * beam.mass[i]
@@ -97,7 +98,7 @@ def fill(beam: Beam, s: Solver, u: Array, sigma: float, impulsive: bool) -> None
 
     `impulsive`: that of the hidden constraints, in which stiffness plays no part.
     """
-    soft = beam.soft
+    soft = beam.compliance[0]
     for group in range(s.local.shape[0]):
         _fill_ends(beam, s, group, sigma)
         for k in range(P):
@@ -105,12 +106,12 @@ def fill(beam: Beam, s: Solver, u: Array, sigma: float, impulsive: bool) -> None
             cos, sin = cosine_sine(angle)
             along, across = resolved(u, group, k, cos, sin)
             weight = beam.weights[k]
+            stretch = weight * stretch_of(beam, group, k, along)
             if impulsive:
-                stretch = weight * (1.0 + soft * along)
                 by_turn = sin * stretch, -1.0 * (cos * stretch)
                 _fill_force(beam, s, group, k, cos, sin, by_turn, STIFF if soft > 0.0 else 0.0)
             else:
-                curved, bx, bz = point_hessian(weight, soft, cos, sin, along, across)
+                curved, bx, bz = point_hessian(stretch, weight * soft, cos, sin, along, across)
                 store(s.points, (0, k), curved)
                 _fill_force(beam, s, group, k, cos, sin, (bx, bz), soft)
         _fill_turns(beam, s, group, impulsive)

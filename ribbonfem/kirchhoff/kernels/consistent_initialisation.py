@@ -25,7 +25,7 @@ from .arrays import SIGMA, Motion, Scratch
 from .batch import OPTIONS, WIDTH
 from .condensed import factorise, solve
 from .gauss_point import body, dot, interpolated, tangent_of
-from .law import count_with, put_strain_rates, put_strains
+from .law import know_rates, put_strain_rates, put_strains
 from .residual import residual
 from .rod import P, Rod, Solver
 from .tangent import STIFF, fill
@@ -228,7 +228,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) 
         if second and rod.retardation > 0.0:
             put_strains(rod, s, m.g, m.n, m.strain)
             put_strain_rates(rod, m.g, m.v, t.turning, t.force, m.strain_rate)
-            count_with(rod, m.strain_rate)
+            know_rates(rod, m.strain_rate)
         for k in range(t.n.size):
             t.n.flat[k] = m.n.flat[k] if second else 0.0
         for i in range(nodes):

@@ -11,7 +11,7 @@ from typing import Any
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
-from ribbonfem.material.kernels import retarded
+from ribbonfem.material.kernels import count_from, count_with
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
 
@@ -81,33 +81,9 @@ def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, ra
 
 
 @compiled(**OPTIONS)
-def count_from(rod: Rod, known: Array, ratio: float) -> None:
-    """The law of a stage that knows these strains: moments and stretch by strains alone."""
-    for group in range(known.shape[0]):
-        for k in range(P):
-            for c in range(3):
-                natural = load(rod.natural, (group, k, c))
-                store(rod.offset, (group, k, c), retarded(natural, load(known, (group, k, c)), ratio))
-            stretch = retarded(spread(0.0), load(known, (group, k, 3)), ratio)
-            store(rod.offset, (group, k, 3), stretch)
-    for c in range(3):
-        rod.stiffness[c] = rod.elastic[c] * (1.0 + ratio)
-    rod.compliance[0] = rod.elastic[3] / (1.0 + ratio)
-
-
-@compiled(**OPTIONS)
-def count_with(rod: Rod, rate: Array) -> None:
-    """The law where strain rates are known: moments with their viscous part, by the elastic tangent."""
-    tau = rod.retardation
-    for group in range(rate.shape[0]):
-        for k in range(P):
-            for c in range(3):
-                natural = load(rod.natural, (group, k, c))
-                store(rod.offset, (group, k, c), natural - tau * load(rate, (group, k, c)))
-            store(rod.offset, (group, k, 3), -tau * load(rate, (group, k, 3)))
-    for c in range(3):
-        rod.stiffness[c] = rod.elastic[c]
-    rod.compliance[0] = rod.elastic[3]
+def know_rates(rod: Rod, rate: Array) -> None:
+    """The law where strain rates are known."""
+    count_with(rod.offset, rod.natural, rate, rod.stiffness, rod.compliance, rod.elastic, rod.retardation)
 
 
 @compiled(**OPTIONS)
@@ -119,7 +95,15 @@ def know_strains(rod: Rod, m: Scheme, y: Motion, t: Scratch, i: int, h: float, f
     else:
         for j in range(i):
             add(t.stage_strain_rate[j], h * m.a[i, j], t.known_strain)
-    count_from(rod, t.known_strain, rod.retardation / ft)
+    count_from(
+        rod.offset,
+        rod.natural,
+        t.known_strain,
+        rod.stiffness,
+        rod.compliance,
+        rod.elastic,
+        rod.retardation / ft,
+    )
 
 
 @compiled(**OPTIONS)

@@ -130,7 +130,6 @@ def _begin(model: Moving, clock: Array) -> None:
     copy(y.a, t.stage_a[0])
     copy(y.turning, t.stage_turning[0])
     copy(y.strain_rate, t.stage_strain_rate[0])
-    t.out[2] = t.pose[PUSH]
     clock[KNOWN] = clock[POINTS]
     if clock[RATE] > SLOW:
         clock[SIGMA] = 0.0
@@ -192,6 +191,9 @@ def _mean_stage(
 ) -> int:
     """Solve a step by the means of its forces, into the same places."""
     t, y = model.scratch, model.motion
+    # (what a step that was rejected left is the end's)
+    pose_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.pose)
+    t.out[2] = t.pose[PUSH]
     b, _, _ = _ready(model, m, ramp, clock, i, h, at)
     guess_ringing(t, clock)
     used = conserve(model.rod, model.solver, t, y, b, h, ramp, clock)

@@ -22,19 +22,19 @@ def add_product(band: Array, factor: float, x: Array, y: Array) -> None:
 
 @compiled(**OPTIONS)
 def add_three(
-    k: Array, g: Array, m: Array, load: float, z: Array, more: Array, rest: Array, row: Array
+    k: Array, g: Array, m: Array, firm: float, load: float, z: Array, more: Array, rest: Array, row: Array
 ) -> None:
-    """rest += (K - load G) z + M more, row += G z, of three bands at once."""
+    """rest += (firm K - load G) z + M more, row += G z, of three bands at once."""
     n = z.shape[0]
     for i in range(n):
-        rest[i] += (k[0, i] - load * g[0, i]) * z[i] + m[0, i] * more[i]
+        rest[i] += (firm * k[0, i] - load * g[0, i]) * z[i] + m[0, i] * more[i]
         row[i] += g[0, i] * z[i]
     for d in range(1, k.shape[0]):
         for i in range(n - d):
-            rest[i] += (k[d, i] - load * g[d, i]) * z[i + d] + m[d, i] * more[i + d]
+            rest[i] += (firm * k[d, i] - load * g[d, i]) * z[i + d] + m[d, i] * more[i + d]
             row[i] += g[d, i] * z[i + d]
         for i in range(n - d):
-            rest[i + d] += (k[d, i] - load * g[d, i]) * z[i] + m[d, i] * more[i]
+            rest[i + d] += (firm * k[d, i] - load * g[d, i]) * z[i] + m[d, i] * more[i]
             row[i + d] += g[d, i] * z[i]
 
 

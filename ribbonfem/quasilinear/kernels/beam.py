@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import CONTROLS
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
 from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
@@ -37,8 +37,10 @@ class Matrix(NamedTuple):
 class Beam(NamedTuple):
     """The discretisation, and what acts on it.
 
-    middle (n + 4,) makes Z at midspan of z and e; height (n,) is the largest value of each shape function,
-    and weight (n,) the load of the weight along z, over (dL/L)^(1/2), which is `scale`.
+    middle (n + 4,) makes Z at midspan of z and e; height (n,) is the largest value of each shape function;
+    weight and bent (n + 4,) are the loads of the weight along z and of the natural curvature, over
+    (dL/L)^(1/2), which is `scale`; own, the energy of that curvature in the straight beam, over dL/L;
+    retardation in t*.
     """
 
     stiffness: Matrix
@@ -47,7 +49,10 @@ class Beam(NamedTuple):
     middle: Array
     height: Array
     weight: Array
+    bent: Array
+    own: float
     scale: float
+    retardation: float
 
 
 @by_reference
@@ -70,7 +75,8 @@ class Scratch(NamedTuple):
     z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
     stands against sigma z in the inertia; pulled, G e; given, the forces of ends and loads on the free dofs;
     row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; more, column:
-    (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse.
+    (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse;
+    firm (1,), by how much the beam that retards is stiffer to a stage's displacements.
     """
 
     z: Array
@@ -98,6 +104,7 @@ class Scratch(NamedTuple):
     lagrange: Array
     controls: Array
     jumps: Array
+    firm: Array
 
 
 @by_reference
@@ -142,4 +149,5 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),
         jumps=np.zeros(ENDS),
+        firm=np.ones(1),
     )

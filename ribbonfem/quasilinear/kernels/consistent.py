@@ -5,11 +5,10 @@ The ends carry mass, so that a jump of their rates moves their neighbours too.
 
 from __future__ import annotations
 
-from ribbonfem.ends.kernels import Ends
+from ribbonfem.ends.kernels import COMPRESSION, LEFT, LIFT, RIGHT, Ends
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import copy
-from ribbonfem.stepping.kernels.controls import LEFT, RIGHT
 from ribbonfem.stepping.kernels.newton import SIGMA
 
 from .bands import add_product, dot, factor, solve_both
@@ -53,9 +52,10 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
         t.rest[i] = 0.0
     add_ends(beam.mass, -1.0, jumps, t.rest)
     pulse = _bordered(t, off)
-    impulse = 0.0
-    for c in (1, 3):
-        lever = (ends.moved[RIGHT] if c == 3 else -ends.moved[LEFT]) / beam.scale
+    impulse = pulse * ends.moved[COMPRESSION] / (beam.scale * beam.scale)
+    for c in range(1, ENDS):
+        by = -ends.moved[LEFT] if c == 1 else ends.moved[LIFT] if c == 2 else ends.moved[RIGHT]
+        lever = by / beam.scale
         impulse += lever * at_end(beam.mass, c, t.rest, jumps)
         impulse -= lever * at_end(beam.tension, c, m.z, t.ends[0]) * pulse
     for i in range(n):
@@ -65,6 +65,8 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     copy(t.given, t.rest)
     add_product(beam.mass.band, -nu, m.v, t.rest)
     add_product(beam.stiffness.band, -1.0, m.z, t.rest)
+    if beam.retardation > 0.0:
+        add_product(beam.stiffness.band, -beam.retardation, m.v, t.rest)
     speed = square(beam.tension, m.v, t.ends[1], t.more)
     off = shortening(beam, t.controls, 2) - speed
     for c in range(ENDS):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import add, copy
@@ -17,7 +18,6 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.controls import controls_at
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
@@ -26,7 +26,7 @@ from ribbonfem.stepping.kernels.slow import allowed
 from . import consistent
 from .bands import dot
 from .beam import ENDS, KNOWN, POINTS, Moving
-from .stage import at_end, factorise, give, move, residual, set_ends, solve, square
+from .stage import at_end, factorise, give, give_retarded, move, residual, set_ends, solve, square
 
 # an increment that leads nowhere
 LARGEST = 1e3
@@ -132,6 +132,8 @@ def _stage(
     set_ends(beam, t.controls, t.ends)
     give(beam, t, nu)
     b, f = _known(model, m, i, h, nu)
+    if beam.retardation > 0.0:
+        give_retarded(beam, t, b, f)
     _guess(model, clock, at, b)
     used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
     inverse = 1.0 / b
@@ -190,34 +192,49 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
 @compiled(**OPTIONS)
 def _flowing(
     model: Moving, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float
-) -> tuple[float, float]:
-    """Kinetic energy, and the power of the moments on the clamps."""
-    beam, power = model.beam, 0.0
-    for c in (1, 3):
-        moment = at_end(beam.stiffness, c, z, ends[0]) - load * at_end(beam.tension, c, z, ends[0])
-        moment += at_end(beam.mass, c, a, ends[2]) + nu * at_end(beam.mass, c, v, ends[1])
-        power += ends[1, c] * moment
-    return 0.5 * square(beam.mass, v, ends[1], model.scratch.more), power
+) -> tuple[float, float, float]:
+    """Kinetic energy, what damping takes, and the power of the controls."""
+    beam, t = model.beam, model.scratch
+    n, tau, push = z.shape[0], beam.retardation, t.controls[PUSH, 0] / beam.scale
+    # (in units of the beam's own: of the shortening over dL/L)
+    power = load * t.controls[COMPRESSION, 1] / (beam.scale * beam.scale)
+    if push != 0.0:
+        power -= push * (dot(beam.middle[:n], v) + dot(beam.middle[n:], ends[1]))
+    for c in range(1, ENDS):
+        if ends[1, c] != 0.0:
+            held = at_end(beam.stiffness, c, z, ends[0]) - load * at_end(beam.tension, c, z, ends[0])
+            held += at_end(beam.mass, c, a, ends[2]) + nu * at_end(beam.mass, c, v, ends[1])
+            held += push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
+            if tau > 0.0:
+                held += tau * at_end(beam.stiffness, c, v, ends[1])
+            power += ends[1, c] * held
+    kinetic = 0.5 * square(beam.mass, v, ends[1], t.more)
+    lost = 2.0 * nu * kinetic
+    if tau > 0.0:
+        lost += tau * square(beam.stiffness, v, ends[1], t.more)
+    return kinetic, lost, power
 
 
 @compiled(**OPTIONS)
 def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
     t = model.scratch
-    kinetic, power = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
-    return 2.0 * nu * kinetic, power
+    _, lost, power = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
+    return lost, power
 
 
 @compiled(**OPTIONS)
 def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     """Energies, what they lose and take, load (`ModelFunctions`)."""
     beam, t, y = model.beam, model.scratch, model.motion
+    z, v, a, load, ends = y.z, y.v, y.a, y.load[0], y.ends
     if solved:
-        kinetic, power = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
-        elastic, load = 0.5 * square(beam.stiffness, t.z, t.ends[0], t.more), t.load[0]
-    else:
-        kinetic, power = _flowing(model, y.z, y.v, y.a, y.load[0], y.ends, nu)
-        elastic, load = 0.5 * square(beam.stiffness, y.z, y.ends[0], t.more), y.load[0]
-    return kinetic, elastic, 0.0, 2.0 * nu * kinetic, power, load
+        z, v, a, load, ends = t.z, t.v, t.a, t.load[0], t.ends
+    n = z.shape[0]
+    kinetic, lost, power = _flowing(model, z, v, a, load, ends, nu)
+    elastic = 0.5 * square(beam.stiffness, z, ends[0], t.more) + beam.own
+    elastic -= dot(beam.bent[:n], z) + dot(beam.bent[n:], ends[0])
+    potential = -(dot(beam.weight[:n], z) + dot(beam.weight[n:], ends[0]))
+    return kinetic, elastic, potential, lost, power, load
 
 
 @compiled(**OPTIONS)

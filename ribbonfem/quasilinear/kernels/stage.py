@@ -1,17 +1,17 @@
 """The equations of a stage of the quasi-linear beam, for Newton with kept factors.
 
-    M (Z_tt + nu Z_t) + K Z - sigma^2 G Z = loads,   Z^T G Z / 2 = 1 + (compression added) / dL
+    M (Z_tt + nu Z_t) + K (Z + tau Z_t) - sigma^2 G Z = loads,   Z^T G Z / 2 = 1 + (compression added) / dL
 
-with z = zp + b a and v = vp + f a.  The tangent is a band that depends on the step and on the load alone,
-and a border by the constraint, G Z, which every iteration takes anew.
+with z = zp + b a and v = vp + f a, and tau the time of retardation.  The tangent is a band that depends on
+the step and on the load alone, and a border by the constraint, G Z, which every iteration takes anew.
 """
 
 from __future__ import annotations
 
+from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.controls import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 
 from .bands import add_product, add_three, dot, factor, solve_both
 from .beam import ENDS, Beam, Matrix, Moving, Scratch
@@ -72,12 +72,24 @@ def give(beam: Beam, t: Scratch, nu: float) -> None:
     n = t.given.shape[0]
     push = t.controls[PUSH, 0] / beam.scale
     for i in range(n):
-        t.given[i] = beam.weight[i] - push * beam.middle[i]
+        t.given[i] = beam.weight[i] + beam.bent[i] - push * beam.middle[i]
         t.pulled[i] = 0.0
     add_ends(beam.tension, 1.0, t.ends[0], t.pulled)
     add_ends(beam.stiffness, -1.0, t.ends[0], t.given)
     add_ends(beam.mass, -nu, t.ends[1], t.given)
     add_ends(beam.mass, -1.0, t.ends[2], t.given)
+    if beam.retardation > 0.0:
+        add_ends(beam.stiffness, -beam.retardation, t.ends[1], t.given)
+
+
+@compiled(**OPTIONS)
+def give_retarded(beam: Beam, t: Scratch, b: float, f: float) -> None:
+    """Add to t.given what a stage knows of the viscous moments; z counts the more for the rest of them."""
+    share = f / b
+    t.firm[0] = 1.0 + beam.retardation * share
+    for i in range(t.given.shape[0]):
+        t.more[i] = t.vp[i] - share * t.rp[i]
+    add_product(beam.stiffness.band, -beam.retardation, t.more, t.given)
 
 
 @compiled(**INLINED)
@@ -90,7 +102,7 @@ def residual(model: Moving, sigma: float) -> None:
         t.more[i] = sigma * t.z[i] - t.known[i]
         t.rest[i] = -load * t.pulled[i] - t.given[i]
     k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
-    add_three(k, g, m, load, t.z, t.more, t.rest, t.row)
+    add_three(k, g, m, t.firm[0], load, t.z, t.more, t.rest, t.row)
     corner = 0.0
     for c in range(ENDS):
         for d in range(ENDS):
@@ -106,7 +118,7 @@ def factorise(model: Moving, sigma: float) -> None:
     n, load = t.z.shape[0], t.load[0]
     for d in range(t.factors.shape[0]):
         for i in range(n):
-            bent = beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
+            bent = t.firm[0] * beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
             t.factors[d, i] = bent + sigma * beam.mass.band[d, i]
         for i in range(n, t.factors.shape[1]):
             t.factors[d, i] = 0.0

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from ribbonfem.ends import kernels as ends_kernels
-from ribbonfem.ends.kernels import Ends, control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
+
+from . import kernels as ends_kernels
+from .kernels import Ends, control_at
 
 # rows of what is done, (CONTROLS, 3) of value, rate and acceleration: the angles of the left and of the right
 # clamp (positive turns the beam's end down), what is added to the compression and the lift of the right

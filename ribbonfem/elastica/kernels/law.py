@@ -1,0 +1,114 @@
+"""The material of the elastica in motion: what strains count from, and their rates (`ribbonfem.material`).
+
+Strains of a group's Gauss point are the curvature and the stretch, in arrays (G, P, 2, WIDTH).  A beam that
+does not retard needs none of them kept: its arrays hold no groups.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ribbonfem.jit.decorator import compiled
+from ribbonfem.jit.groups import INLINED, OPTIONS
+from ribbonfem.jit.simd import load, spread, store, summed
+from ribbonfem.linalg.array_ops import add, copy
+from ribbonfem.material.kernels import count_from, count_with
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
+
+from .arrays import Motion, Scratch
+from .beam import Beam, P, Z
+from .points import cosine_sine, interpolated, resolved
+
+Value = Any
+
+
+@compiled(**INLINED)
+def moment_of(beam: Beam, group: int, k: int, curvature: Value) -> Value:
+    """The moment at a Gauss point."""
+    return beam.stiffness[0] * (curvature - load(beam.offset, (group, k, 0)))
+
+
+@compiled(**INLINED)
+def stretch_of(beam: Beam, group: int, k: int, along: Value) -> Value:
+    """The length of r' at a Gauss point under an axial force."""
+    return 1.0 + load(beam.offset, (group, k, 1)) + beam.compliance[0] * along
+
+
+@compiled(**OPTIONS)
+def put_strains(beam: Beam, u: Array, strain: Array) -> None:
+    """The strains of a state, into strain."""
+    for group in range(strain.shape[0]):
+        for k in range(P):
+            angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
+            cos, sin = cosine_sine(angle)
+            along, _ = resolved(u, group, k, cos, sin)
+            store(strain, (group, k, 0), bent * (1.0 / beam.weights[k]))
+            store(strain, (group, k, 1), stretch_of(beam, group, k, along) - 1.0)
+
+
+@compiled(**OPTIONS)
+def put_strain_rates(beam: Beam, u: Array, v: Array, turning: Array, rate: Array) -> None:
+    """Rates of the strains of a state whose nodes move by v (G, PHI, WIDTH) and turn by turning."""
+    for group in range(rate.shape[0]):
+        for k in range(P):
+            angle, _, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
+            cos, sin = cosine_sine(angle)
+            bent = x = z = spread(0.0)
+            for i in range(P + 1):
+                bent += beam.coupling[k, i] * load(turning, (group, i))
+                x += beam.coupling[k, i] * load(v, (group, i))
+                z += beam.coupling[k, i] * load(v, (group, Z + i))
+            inverse = 1.0 / beam.weights[k]
+            store(rate, (group, k, 0), inverse * bent)
+            store(rate, (group, k, 1), inverse * (x * cos + z * sin))
+
+
+@compiled(**OPTIONS)
+def know_strains(beam: Beam, m: Scheme, y: Motion, t: Scratch, i: int, h: float, f: float) -> None:
+    """What a stage knows of the strains, in t.known_strain, and its law; strain = known + f rate."""
+    copy(y.strain, t.known_strain)
+    if m.kind != DIRK:
+        add(y.strain_rate, 0.5 * h, t.known_strain)
+    else:
+        for j in range(i):
+            add(t.stage_strain_rate[j], h * m.a[i, j], t.known_strain)
+    count_from(
+        beam.offset,
+        beam.natural,
+        t.known_strain,
+        beam.stiffness,
+        beam.compliance,
+        beam.elastic,
+        beam.retardation / f,
+    )
+
+
+@compiled(**OPTIONS)
+def keep_strains(beam: Beam, t: Scratch, f: float) -> None:
+    """Strains of the stage solved and their rates, in t.strain and t.strain_rate."""
+    put_strains(beam, t.u, t.strain)
+    for k in range(t.strain.size):
+        t.strain_rate.flat[k] = (t.strain.flat[k] - t.known_strain.flat[k]) / f
+
+
+@compiled(**OPTIONS)
+def know_rates(beam: Beam, rate: Array) -> None:
+    """The law where strain rates are known."""
+    count_with(
+        beam.offset, beam.natural, rate, beam.stiffness, beam.compliance, beam.elastic, beam.retardation
+    )
+
+
+@compiled(**OPTIONS)
+def viscous_loss(beam: Beam, rate: Array) -> float:
+    """Power that strain rates take: the sum of stiffness x retardation x rate^2."""
+    firm = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
+    total = spread(0.0)
+    for group in range(rate.shape[0]):
+        share = spread(0.0)
+        for k in range(P):
+            bent, longer = load(rate, (group, k, 0)), load(rate, (group, k, 1))
+            share += beam.weights[k] * (beam.elastic[0] * bent * bent + firm * longer * longer)
+        total += load(beam.real, (group,)) * share
+    return beam.retardation * summed(total)

@@ -1,0 +1,56 @@
+"""Where a motion or a curve of the quasi-linear beam begins: what leads to the start, or another motion."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ribbonfem.continuation.loading import brought_on
+from ribbonfem.results import Array
+from ribbonfem.scene import Scene
+from ribbonfem.stepping.initial import begun_again, require_fit, require_history
+
+from .problem import Statics, _State
+
+
+def named(scene: Scene, elements: int, degree: int | None) -> tuple[Statics, _State]:
+    """The equations in the control of a scene, and its start state.
+
+    Raises
+    ------
+    SceneError, OptionError
+        For a scene that is not planar, a mesh that cannot be; where the start loses its stability while what
+        acts is brought on.
+    """
+    problem = Statics(scene, elements, degree)
+    if not scene.dressed:
+        return problem, problem.start()
+    return problem, _start_of(scene.at_rest, problem.elements, problem.degree)
+
+
+@lru_cache(maxsize=16)
+def _start_of(scene: Scene, elements: int, degree: int) -> _State:
+    rig = Statics(scene, elements, degree).rig.brought_on(scene.begin)
+    problem = Statics(scene, elements, degree, rig)
+    state = brought_on(problem, problem.start(), scene)
+    return _State(state.z, state.load, scene.begin)
+
+
+def resumed(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]:
+    """The state of the time loop at the last instant of a motion, by its names.
+
+    Raises
+    ------
+    OptionError
+        If it is no motion of this model, mesh and ribbon.
+    SceneError
+        If its clamps are not where the scene's begin, or its compression is another.
+    """
+    kept: Any = require_history(initial, "quasilinear", scene, problem.policy)
+    before = initial.scene  # type: ignore[attr-defined]
+    # (heights are counted in the root of dL, which the controls do not change)
+    off = np.abs(kept["ends"][0] - problem.ends(scene.begin)).max() * problem.scale
+    require_fit(scene, max(float(off), abs(before.compression - scene.compression)))
+    return {name: np.array(value) for name, value in kept.items()} | {"clock": begun_again(kept["clock"])}
