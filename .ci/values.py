@@ -21,10 +21,10 @@ SCENES = {"planar": PLANAR, "sheared": SHEARED, "stiff": STIFF}
 
 
 def digest(*arrays):
-    found = hashlib.sha256()
+    result = hashlib.sha256()
     for array in arrays:
-        found.update(np.ascontiguousarray(array, dtype=float).tobytes())
-    return found.hexdigest()[:16]
+        result.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    return result.hexdigest()[:16]
 
 
 def curve(branch):

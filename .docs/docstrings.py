@@ -46,11 +46,11 @@ def items(name, lines):
         elif _indent(line):
             out.append("   " + escaped(line.strip()))
         else:
-            found = ITEM.match(line) if name in ("Parameters", "Attributes") else None
+            result = ITEM.match(line) if name in ("Parameters", "Attributes") else None
             below = k + 1 < len(lines) and _indent(lines[k + 1])
-            if found:
-                out += ["", f"``{found['names']}``"]
-                out += [f"   {escaped(found['text'])}"] if found["text"] else []
+            if result:
+                out += ["", f"``{result['names']}``"]
+                out += [f"   {escaped(result['text'])}"] if result["text"] else []
             elif below and name in ("Returns", "Raises", "Warns"):
                 out += ["", f"``{line}``"]
             else:

@@ -196,8 +196,8 @@ def _ask(command: Command, options: dict[str, Any], names: Sequence[str]) -> int
                 progress=progress,
             )
         )
-        found = command.main(sweep=sweep, **{name: options[name] for name in names})
-        section, left_out = publish(command, found, out, progress)
+        result = command.main(sweep=sweep, **{name: options[name] for name in names})
+        section, left_out = publish(command, result, out, progress)
         if not command.keep and sweep.store is not None:
             sweep.store.clear()
     _told(left_out, prog)
@@ -208,7 +208,7 @@ def _ask(command: Command, options: dict[str, Any], names: Sequence[str]) -> int
             raise rows.failed
         else:
             show(section, out / PAGE, rows.titles)
-    return command.status(found)
+    return command.status(result)
 
 
 def _report(arguments: Sequence[str]) -> int:
@@ -230,12 +230,12 @@ def _report(arguments: Sequence[str]) -> int:
         kept = out / f"{name}.found"
         if kept.exists():
             try:
-                found, command = load(kept), named(name)
-                for file, content in command.files(found).items():
+                result, command = load(kept), named(name)
+                for file, content in command.files(result).items():
                     write_whole(out / file, content)
-                section, _ = write_section(command.section(found), out, ORDER, command.drawings(found))
+                section, _ = write_section(command.section(result), out, ORDER, command.drawings(result))
                 # films are not drawn again: those that lie there are shown
-                films = [picture for picture in command.films(found) if (out / picture.file).exists()]
+                films = [picture for picture in command.films(result) if (out / picture.file).exists()]
                 if films:
                     add_pictures(section, out, ORDER, films)
             except Exception as error:

@@ -55,15 +55,15 @@ def escape(
     choice("until", until, ("end", "snap"))
     local = local_error("tolerance", tolerance)
     rod = Rod(scene, nodes, clamp)
-    found, duration = scene_departure(
+    result, duration = scene_departure(
         Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
     )
-    angle = found.form.angle
+    angle = result.form.angle
     damping = scene.scaled_damping
     ends = held(scene, angle, duration / scene.ribbon.inertial_time)
     course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
     policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
-    run = Loop(rod, found.state, policy, 1, configurations, found.velocity, damping)
+    run = Loop(rod, result.state, policy, 1, configurations, result.velocity, damping)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     stats = {"seconds": clock_time.perf_counter() - begin}

@@ -38,9 +38,9 @@ def folds(
         another point than a fold before any fold: see `instabilities`.
     """
     problem = Statics(Rod(scene, nodes, clamp))
-    found = met_folds(scene, nodes, clamp, steps)
+    result = met_folds(scene, nodes, clamp, steps)
     of = {"model": "der", "scene": scene, "policy": options_given()}
-    return tuple(as_fold(problem, event.point, **of) for event in found)
+    return tuple(as_fold(problem, event.point, **of) for event in result)
 
 
 @checked
@@ -53,10 +53,10 @@ def instabilities(
     leaves it.  Parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
-    problem, found = Statics(rod), met_events(scene, nodes, clamp, steps)
+    problem, result = Statics(rod), met_events(scene, nodes, clamp, steps)
     of = {"model": "der", "policy": options_given()}
     exact = default_steps(rod, steps)
-    return tuple(instability_of(problem, event, scene, exact, of) for event in found)
+    return tuple(instability_of(problem, event, scene, exact, of) for event in result)
 
 
 @checked

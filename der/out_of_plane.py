@@ -75,8 +75,8 @@ class InPlane:
 def _leaving(scene: Scene, nodes: int, clamp: str) -> float:
     rod = Rod(scene, nodes, clamp)
     problem = InPlane(Statics(rod))
-    found = leaving(problem, start_state(rod), scene, problem.across)
-    return float("nan") if found is None else float(found.parameter)
+    result = leaving(problem, start_state(rod), scene, problem.across)
+    return float("nan") if result is None else float(result.parameter)
 
 
 def leaves_plane(scene: Scene, nodes: int, clamp: str) -> float:

@@ -139,9 +139,9 @@ def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, 
                 if event.point.parameter < angle:
                     raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
         if passed and (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
-            found = at_parameter(problem, segment, angle, steps, after)
-            if found.index == 1:
-                return problem, found
+            result = at_parameter(problem, segment, angle, steps, after)
+            if result.index == 1:
+                return problem, result
             break
     raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
 
@@ -184,9 +184,9 @@ def skipping_bound(scene: Scene, *, nodes: int = 151, clamp: str = "centred") ->
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     rod = Rod(replace(scene, start="U+S+", rate=1.0, stop=None, schedule=None), nodes, clamp)
     problem = Statics(rod)
-    found = states.met_folds(rod.scene, nodes, clamp, None)
-    if not found:
+    result = states.met_folds(rod.scene, nodes, clamp, None)
+    if not result:
         raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
-    top = found[0].point
+    top = result[0].point
     there, point = _pass(scene, top.parameter, nodes, clamp)
     return problem.potential(top.state) - there.potential(point.state)

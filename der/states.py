@@ -200,12 +200,12 @@ def _sheared(rod: Rod, *, breaking: bool, longest: float = _CLOSE) -> RodState |
 
 def _images(rod: Rod, state: RodState | None) -> dict[str, RodState]:
     """A state and its images under the symmetries, by name; none of none."""
-    found: dict[str, RodState] = {}
+    result: dict[str, RodState] = {}
     if state is None:
-        return found
+        return result
     for image in (state, mirrored(state), reversed_(state), mirrored(reversed_(state))):
-        found[name(rod, image)] = image
-    return found
+        result[name(rod, image)] = image
+    return result
 
 
 def stable_states(rod: Rod) -> dict[str, RodState]:
@@ -326,13 +326,13 @@ def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
     wanted = rod.scene.start
     if not rod.scene.planar and len(wanted) == 4:
         if rod.nodes >= 2 * _COARSE:
-            found = _from_coarse(rod)
-            if found is not None:
-                return found
+            result = _from_coarse(rod)
+            if result is not None:
+                return result
         # the common case: no need to look at the symmetric state too
-        found = _by_strides(rod) or _images(rod, _sheared(rod, breaking=True)).get(wanted)
-        if found is not None:
-            return found
+        result = _by_strides(rod) or _images(rod, _sheared(rod, breaking=True)).get(wanted)
+        if result is not None:
+            return result
     states = stable_states(rod)
     if wanted not in states:
         there = ", ".join(sorted(states)) or "none"

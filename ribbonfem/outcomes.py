@@ -181,8 +181,8 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
         name = f"alpha_c{k}" if two or len(folds) > 1 else "alpha_c"
         times[name] = _passes(history, fold.control)
     times["end"] = float(history.time[-1])
-    found = {name: None if time is None else instant(history, time) for name, time in times.items()}
-    return dict(sorted(found.items(), key=lambda item: np.inf if item[1] is None else item[1].time))
+    result = {name: None if time is None else instant(history, time) for name, time in times.items()}
+    return dict(sorted(result.items(), key=lambda item: np.inf if item[1] is None else item[1].time))
 
 
 def _passes(history: History, control: float) -> float | None:

@@ -460,22 +460,22 @@ def _lost(history: History) -> Instability | None:
     """The instability at which a motion's state at rest is lost, if that is no fold."""
     if history.model not in _MODELS or history.scene is None:
         return None
-    found = _before_end(history.scene, history.model, history.policy)
-    return next((point for point in found if point.kind != "fold"), None)
+    result = _before_end(history.scene, history.model, history.policy)
+    return next((point for point in result if point.kind != "fold"), None)
 
 
 def snaps_from(scene: Scene, model: str, policy: Mapping[str, Any]) -> float:
     """When a scene's control first passes an instability of its state at rest, s; infinite if never."""
-    found = _before_end(scene, model, policy)
-    return scene.passes(found[0].control) if found else np.inf
+    result = _before_end(scene, model, policy)
+    return scene.passes(result[0].control) if result else np.inf
 
 
 def _before_end(scene: Scene, model: str, policy: Mapping[str, Any]) -> list[Instability]:
     mesh = tuple((name, value) for name, value in policy.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
     far, sign = scene.furthest, scene.direction
-    found = _instabilities(model, still, mesh)
-    return [point for point in found if far is None or sign * (point.control - far) <= 0.0]
+    result = _instabilities(model, still, mesh)
+    return [point for point in result if far is None or sign * (point.control - far) <= 0.0]
 
 
 @lru_cache(maxsize=1024)

@@ -26,13 +26,13 @@ def choice(label, seconds, error, default=False, **policy):
 @pytest.fixture(scope="module")
 def beam(tmp_path_factory):
     out = tmp_path_factory.mktemp("accuracy")
-    found = accuracy.main(group="static-planar", model="quasilinear", rounds=1, sweep=Sweep(processes=1))
-    return out, publish(accuracy.COMMAND, found, out)[0]
+    result = accuracy.main(group="static-planar", model="quasilinear", rounds=1, sweep=Sweep(processes=1))
+    return out, publish(accuracy.COMMAND, result, out)[0]
 
 
 def alone(key):
-    found = accuracy.main(row=key, rounds=1, sweep=Sweep(processes=1))
-    return accuracy.COMMAND.section(found)
+    result = accuracy.main(row=key, rounds=1, sweep=Sweep(processes=1))
+    return accuracy.COMMAND.section(result)
 
 
 def test_a_small_report(beam):
@@ -76,7 +76,7 @@ def test_the_command_of_a_row_runs_and_leaves_the_report(beam, capsys):
 
 def test_a_second_run_is_compared_with_the_first(beam):
     out, _ = beam
-    found = accuracy.main(
+    result = accuracy.main(
         group="static-planar",
         model="quasilinear",
         rounds=1,
@@ -84,7 +84,7 @@ def test_a_second_run_is_compared_with_the_first(beam):
         before=out / "accuracy.json",
         sweep=Sweep(processes=1),
     )
-    again = accuracy.COMMAND.section(found)
+    again = accuracy.COMMAND.section(result)
     assert again.values["ranking"]["error_change"] == 0.0
     assert again.values["ranking"]["pairs"] == 21
     assert any("the run before" in line for line in again.text)
@@ -104,10 +104,10 @@ def test_rows_have_names_of_their_own():
     keys = []
     for group in GROUPS:
         for family in (f for f in FAMILIES if group in f.groups and f.model != "kirchhoff"):
-            found = entries(group, family)
+            result = entries(group, family)
             cases = sum(case.group == group for case in CASES)
-            assert sum(entry.default for entry in found) == cases
-            keys += [entry.key for entry in found]
+            assert sum(entry.default for entry in result) == cases
+            keys += [entry.key for entry in result]
     assert len(set(keys)) == len(keys)
     assert not any(" " in key for key in keys)
 
@@ -138,7 +138,7 @@ def test_options_that_cannot_be(options, named):
 
 
 def test_front_and_distance():
-    found = [
+    result = [
         choice("a", 1.0, 1e-2),
         choice("b", 4.0, 1e-4),
         choice("c", 4.0, 1e-3),
@@ -146,13 +146,13 @@ def test_front_and_distance():
         choice("d", 16.0, 1e-6),
         choice("worse", 20.0, 1e-2),
     ]
-    members = front(found, "snap")
+    members = front(result, "snap")
     assert [member.label for member in members] == ["a", "b", "d"]
-    assert np.isclose(distance(found[1], members, "snap"), 1.0)
-    assert distance(found[3], members, "snap") < 1.3
+    assert np.isclose(distance(result[1], members, "snap"), 1.0)
+    assert distance(result[3], members, "snap") < 1.3
     # half way in log error lies half way in log time
-    assert np.isclose(distance(found[2], members, "snap"), 2.0)
-    assert np.isclose(distance(found[5], members, "snap"), 20.0)
+    assert np.isclose(distance(result[2], members, "snap"), 2.0)
+    assert np.isclose(distance(result[5], members, "snap"), 20.0)
 
 
 def test_ranking_counts_what_changed():
@@ -187,10 +187,10 @@ def test_closed_forms_of_the_start_state():
 def test_references_at_rest_confirm_each_other():
     case = next(c for c in CASES if c.group == "static-planar")
     family = next(f for f in FAMILIES if f.name == "elastica")
-    found = reference(case, family)
-    assert found.verified
-    assert max(found.checks.values()) < 1e-10
-    assert abs(found.values["fold"][0] - 1.1230897421) < 1e-9
+    result = reference(case, family)
+    assert result.verified
+    assert max(result.checks.values()) < 1e-10
+    assert abs(result.values["fold"][0] - 1.1230897421) < 1e-9
 
 
 @pytest.mark.parametrize("model", [der, kirchhoff])

@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 
 
 @cache
-def found(name):
+def result_of(name):
     if name == "history":
         return der.simulate(SHEARED, nodes=21)
     if name == "other history":
@@ -68,7 +68,7 @@ EACH = ("history", "other history", "planar history", "branch", "rest", "converg
 
 @pytest.mark.parametrize("name", EACH)
 def test_a_result_draws_itself(name):
-    result = found(name)
+    result = result_of(name)
     axes = result.plot()
     assert axes.get_xlabel()
     assert axes.get_ylabel()
@@ -80,15 +80,15 @@ def test_a_result_draws_itself(name):
 
 
 def test_a_plot_shows_the_numbers_of_its_result():
-    history, branch = found("history"), found("branch")
+    history, branch = result_of("history"), result_of("branch")
     (line,) = history.plot(color="black").lines
     np.testing.assert_array_equal(line.get_xydata(), np.column_stack((history.angle, history.height)))
-    axes = found("planar history").plot(curve=branch)
+    axes = result_of("planar history").plot(curve=branch)
     assert {line.get_linestyle() for line in axes.lines} == {"-", "--"}
     dots = branch.plot().lines[-1].get_xydata()
     np.testing.assert_allclose(dots, [(fold.angle, fold.height) for fold in branch.folds])
     with pytest.raises(ValueError, match="three dimensions"):
-        found("rest").plot(plt.figure().add_subplot())
+        result_of("rest").plot(plt.figure().add_subplot())
     plt.close("all")
 
 
@@ -105,17 +105,17 @@ def test_a_state_at_rest_is_a_surface_of_the_ribbon(model):
 
 @pytest.mark.parametrize("name", [*EACH, "fold"])
 def test_a_notebook_gets_a_short_table(name):
-    text = found(name)._repr_html_()
+    text = result_of(name)._repr_html_()
     assert text.startswith("<table>")
     assert 2 <= text.count("<tr>") <= 14
     assert len(text) < 6000
     if name not in ("rest", "diagram"):
         # what scene it is of
-        assert f"{found(name).scene.rate:g} rad/s" in text
+        assert f"{result_of(name).scene.rate:g} rad/s" in text
 
 
 def test_a_table_tells_the_folds_the_rows_and_the_snap():
-    branch, history = found("branch"), found("history")
+    branch, history = result_of("branch"), result_of("history")
     text = branch._repr_html_()
     assert text.count("<td>fold</td>") == len(branch.folds) > 0
     assert f"<td>{branch.folds[0].angle:.6g}</td>" in text
@@ -126,7 +126,7 @@ def test_a_table_tells_the_folds_the_rows_and_the_snap():
 
 
 def test_a_fold_is_read_at_a_glance():
-    fold = found("fold")
+    fold = result_of("fold")
     assert repr(fold).startswith(f"Fold(alpha {fold.angle:.9g} rad, z(1/2) {fold.height:.9g} L, load ")
     assert "elastica; elements=4, extensible=False" in repr(fold)
     assert repr(Fold(1.0, 0.5, 2.0)) == "Fold(alpha 1 rad, z(1/2) 0.5 L, load 2 EI2/L^2)"
@@ -136,7 +136,7 @@ def test_a_fold_is_read_at_a_glance():
 def test_a_motion_is_a_data_frame_with_units():
     pytest.importorskip("pandas")
     for name in ("history", "other history", "planar history"):
-        history = found(name)
+        history = result_of(name)
         frame = history.to_pandas()
         states = ["time", "angle", "height", "slope", "load", "velocity"]
         assert list(frame.columns) == states + list(history.energies)
@@ -149,7 +149,7 @@ def test_a_motion_is_a_data_frame_with_units():
 
 def test_a_branch_is_a_data_frame_with_units():
     pytest.importorskip("pandas")
-    branch = found("branch")
+    branch = result_of("branch")
     frame = branch.to_pandas()
     assert list(frame.columns) == ["angle", "height", "slope", "load", "energy", "stable"]
     assert frame["stable"].dtype == bool
@@ -162,7 +162,7 @@ def test_a_branch_is_a_data_frame_with_units():
 
 def test_a_refinement_is_a_data_frame():
     pytest.importorskip("pandas")
-    refined = found("convergence")
+    refined = result_of("convergence")
     frame = refined.to_pandas()
     assert list(frame.columns) == ["elements", "size", "dofs", "value", "error", "order", "seconds"]
     np.testing.assert_array_equal(frame["elements"], (4, 8, 16))
@@ -183,7 +183,7 @@ def test_a_refinement_of_shapes_has_no_column_of_values():
 
 def test_a_diagram_is_a_tidy_data_frame():
     pytest.importorskip("pandas")
-    made = found("diagram")
+    made = result_of("diagram")
     frame = made.to_pandas()
     assert list(frame.columns) == ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
     assert len(frame) == made.shares.size
@@ -202,7 +202,7 @@ def test_a_diagram_is_a_tidy_data_frame():
 def test_results_are_data_sets_with_units(tmp_path):
     pytest.importorskip("xarray")
     for name in ("history", "other history", "planar history"):
-        history = found(name)
+        history = result_of(name)
         data = history.to_xarray()
         assert data["positions"].dims == ("time", "node", "axis")
         assert data["positions"].shape == history.configurations["positions"].shape
@@ -212,7 +212,7 @@ def test_results_are_data_sets_with_units(tmp_path):
         units = {key: data[key].attrs["units"] for key in ("time", "angle", "positions", "kinetic", "s")}
         assert units == {"time": "s", "angle": "rad", "positions": "L", "kinetic": "EI2/L", "s": "L"}
         assert data.attrs["model"] == history.model
-    branch = found("branch")
+    branch = result_of("branch")
     data = branch.to_xarray()
     assert data["positions"].shape == branch.configurations.shape
     assert data["height"].dims == ("row",)
@@ -223,10 +223,10 @@ def test_results_are_data_sets_with_units(tmp_path):
 def test_a_library_that_is_missing_is_named_with_what_to_install(monkeypatch, method, library):
     monkeypatch.setitem(sys.modules, library, None)
     for name in ("history", "branch", "convergence", "diagram"):
-        if not hasattr(found(name), method):
+        if not hasattr(result_of(name), method):
             continue
         with pytest.raises(ImportError, match=rf"{method} needs {library}.*pip install {library}"):
-            getattr(found(name), method)()
+            getattr(result_of(name), method)()
 
 
 def test_results_draw_themselves_without_compare_and_import_what_they_need_when_called():

@@ -19,8 +19,8 @@ distributed = pytest.importorskip("distributed")
 def cluster():
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True
-    ) as found:
-        yield found
+    ) as result:
+        yield result
 
 
 def test_a_diagram_on_a_cluster_is_that_of_this_process(cluster):

@@ -145,11 +145,11 @@ def test_folders_that_cannot_be_are_told_before_anything_is_computed(tmp_path, s
 )
 def test_slips_are_answered_in_a_sentence(words, status, said, capsys):
     try:
-        found = main(words)
+        result = main(words)
     except SystemExit as stopped:
-        found = stopped.code
+        result = stopped.code
     told = capsys.readouterr()
-    assert found == status
+    assert result == status
     assert said in told.out + told.err
     assert "Traceback" not in told.err
 
@@ -183,12 +183,12 @@ def test_a_motion_without_a_stop_goes_on_to_rest_on_a_curve_that_is_shown(dL, sh
     text = f'compression = {dL}\nshear = {shear}\nstart = "{start}"\nrate = {rate}\ndamping = 8.0\n'
     path = tmp_path / "s.toml"
     path.write_text(text, encoding="utf-8")
-    found = named("run").main(path, motion=True, tolerance=1e-2)
-    history, curve = found.answer.history, found.curve
+    result = named("run").main(path, motion=True, tolerance=1e-2)
+    history, curve = result.answer.history, result.curve
     folds = MODELS[history.model].folds(read_scene(path))
     last = abs(float(history.angle[-1]))
     met = [abs(fold.angle) for fold in folds if abs(fold.angle) < 2.0 * np.pi]
-    past = last - max(*met, abs(found.answer.value))
+    past = last - max(*met, abs(result.answer.value))
     assert 0.05 < past < 0.2
     assert history.energies["kinetic"][-1] < 1e-5 * history.energies["kinetic"].max()
     # the state at the end lies on the curve behind the film
@@ -219,12 +219,12 @@ def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene,
 
 def test_what_was_found_is_read_back_whole(tmp_path, scene):
     command = named("run")
-    found = command.main(scene, motion=True, frames=3, tolerance=1e-2)
-    publish(command, found, tmp_path)
+    result = command.main(scene, motion=True, frames=3, tolerance=1e-2)
+    publish(command, result, tmp_path)
     again = load(tmp_path / "run.found")
-    assert command.values(again) == command.values(found)
-    assert again.answer.history == found.answer.history
-    assert load(save(found.answer.history, tmp_path / "history")) == found.answer.history
+    assert command.values(again) == command.values(result)
+    assert again.answer.history == result.answer.history
+    assert load(save(result.answer.history, tmp_path / "history")) == result.answer.history
 
 
 def test_a_closed_pipe_is_one_line(tmp_path, scene):

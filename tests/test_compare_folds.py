@@ -32,7 +32,7 @@ def section(tmp_path_factory):
         patch.setattr(shear_figures, "LINES", (0.1, 0.2, 0.4, 0.65))
         patch.setattr(shear_figures, "COMPRESSIONS", (0.4,))
         patch.setattr(shear_figures, "TABULATED", (0.40, 0.60))
-        found = folds.main(
+        result = folds.main(
             elements=12,
             nodes=(51, 71, 101),
             swept=(0.37, 0.40),
@@ -42,7 +42,7 @@ def section(tmp_path_factory):
             phase_step=0.2,
             sweep=Sweep(processes=1),
         )
-        made, _ = publish(folds.COMMAND, found, out)
+        made, _ = publish(folds.COMMAND, result, out)
     return made, out
 
 

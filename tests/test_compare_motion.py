@@ -13,8 +13,8 @@ def test_delay_against_theory(tmp_path, monkeypatch):
     for name, elements in (("quasi-linear beam", 22), ("elastica", 14)):
         coarse = replace(delays.SYSTEMS[name], mesh={"elements": elements})
         monkeypatch.setitem(delays.SYSTEMS, name, coarse)
-    found = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
-    section, _ = publish(delay.COMMAND, found, tmp_path)
+    result = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
+    section, _ = publish(delay.COMMAND, result, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}
     assert len(cells) == 24
     for cell in cells.values():
@@ -68,7 +68,7 @@ def test_parts_of_an_iteration_add_up():
 
 def test_a_price_is_of_an_error_that_no_tighter_tolerance_exceeds():
     """Made-up runs: errors fall with mesh and tolerance, but for one lucky run of the coarsest elements."""
-    limit, found = 0.5, {}
+    limit, result = 0.5, {}
     for key, model, policy in speed._runs():
         tolerance, mesh = policy["tolerance"], key[1]
         if model == "kirchhoff":
@@ -76,15 +76,15 @@ def test_a_price_is_of_an_error_that_no_tighter_tolerance_exceeds():
         else:
             # by Richardson's rule nothing is left of the mesh
             off, seconds = 0.1 * tolerance + 1.0 / (mesh - 2) ** 2, 1e-4 * mesh * tolerance**-0.25
-        found[key] = limit + off, seconds
+        result[key] = limit + off, seconds
     lucky = ("elements", 4, "esdirk4", speed.ELEMENTS_TOLERANCES[0])
-    found[lucky] = limit, 1e-9
-    best = speed.prices(found, limit, 1.1e-5)
+    result[lucky] = limit, 1e-9
+    best = speed.prices(result, limit, 1.1e-5)
     # 4 elements are off by 1.9e-5, 6 by 3e-7, so that 0.1 of the tolerance may be 1.07e-5
     assert best["elements"].how == "6 elements, esdirk4, 1e-04"
     assert np.isclose(best["elements"].seconds, 6e-3 * 1e-4**-0.25)
     assert best["rods"].how == "25 and 35 nodes, esdirk4, 6e-05"
     assert best["rods, tr-bdf2"].how == "25 and 35 nodes, tr-bdf2, 6e-05"
     assert best["rods"].seconds > best["elements"].seconds
-    assert "elements" in speed.prices(found, limit, 2e-5)
-    assert speed.prices(found, limit, 1e-15) == {}
+    assert "elements" in speed.prices(result, limit, 2e-5)
+    assert speed.prices(result, limit, 1e-15) == {}

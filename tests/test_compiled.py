@@ -158,13 +158,13 @@ print(value, sum(event.is_start for _, event in recorder.buffer))
 
 
 def test_a_change_in_another_file_is_seen(tmp_path, running):
-    found = []
+    result = []
     # (of another length: Python itself takes a file of the same size and second for the same)
     for factor in ("2.0", "2.0", "3.25"):
         package(tmp_path, callee=CALLEE.format(factor=factor), caller=CALLER)
-        found.append(said(running(COUNTED))[0].split())
+        result.append(said(running(COUNTED))[0].split())
     # the entry and its two parts, or nothing
-    assert found == [["3.0", "3"], ["3.0", "0"], ["4.25", "3"]]
+    assert result == [["3.0", "3"], ["3.0", "0"], ["4.25", "3"]]
 
 
 def test_functions_of_one_name_and_kind_of_arguments_stay_apart(tmp_path, running):

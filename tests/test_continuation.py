@@ -173,9 +173,9 @@ def test_no_step_control_changes_a_fold_of_the_ribbon(name, factor):
     # the isola at alpha -1.28 .. -0.66 lies within reach of a long step
     problem, start = named(Scene(compression=0.40, shear=0.40), elements=12, extensible=False)
     expected = folds_along(problem, start, Steps())
-    found = folds_along(problem, start, scaled(name, factor))
-    assert [kind for kind, _ in found] == [kind for kind, _ in expected] == ["fold"] * 7
-    assert [p for _, p in found] == pytest.approx([p for _, p in expected], abs=1e-9)
+    result = folds_along(problem, start, scaled(name, factor))
+    assert [kind for kind, _ in result] == [kind for kind, _ in expected] == ["fold"] * 7
+    assert [p for _, p in result] == pytest.approx([p for _, p in expected], abs=1e-9)
 
 
 @pytest.mark.parametrize("turn", [0.7, 1.4])
@@ -183,9 +183,9 @@ def test_a_step_onto_another_curve_is_noticed_by_the_index_alone(turn):
     # with the check of the correction out of force, steps past the third fold land on the isola
     problem, start = named(Scene(compression=0.40, shear=0.40), elements=12, extensible=False)
     expected = folds_along(problem, start, Steps())
-    found = folds_along(problem, start, Steps(turn=turn, correction=16.0, largest=1.0))
-    assert [kind for kind, _ in found] == ["fold"] * 7
-    assert [p for _, p in found] == pytest.approx([p for _, p in expected], abs=1e-9)
+    result = folds_along(problem, start, Steps(turn=turn, correction=16.0, largest=1.0))
+    assert [kind for kind, _ in result] == ["fold"] * 7
+    assert [p for _, p in result] == pytest.approx([p for _, p in expected], abs=1e-9)
 
 
 @pytest.mark.slow
@@ -205,9 +205,9 @@ def test_no_step_control_changes_a_fold_anywhere(compression, shear, start, name
     problem, state = named(scene, elements=16, extensible=False)
     expected = folds_along(problem, state, Steps())
     for factor in (0.25, 0.5, 2.0, 4.0):
-        found = folds_along(problem, state, scaled(name, factor))
-        assert [kind for kind, _ in found] == [kind for kind, _ in expected]
-        assert [p for _, p in found] == pytest.approx([p for _, p in expected], abs=1e-9)
+        result = folds_along(problem, state, scaled(name, factor))
+        assert [kind for kind, _ in result] == [kind for kind, _ in expected]
+        assert [p for _, p in result] == pytest.approx([p for _, p in expected], abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["first", "largest", "turn", "correction", "newton", "tolerance"])
@@ -215,8 +215,8 @@ def test_no_step_control_changes_a_fold_anywhere(compression, shear, start, name
 def test_no_step_control_changes_a_fold_of_the_beam(name, factor):
     scene = Scene(shear=0.0, start="U+")
     expected = quasilinear.equilibria(scene, elements=24).folds
-    found = quasilinear.equilibria(scene, elements=24, steps=scaled(name, factor)).folds
-    assert [f.angle for f in found] == pytest.approx([f.angle for f in expected], abs=1e-9)
+    result = quasilinear.equilibria(scene, elements=24, steps=scaled(name, factor)).folds
+    assert [f.angle for f in result] == pytest.approx([f.angle for f in expected], abs=1e-9)
 
 
 def test_the_isola_is_a_closed_curve_of_its_own():
@@ -240,10 +240,10 @@ def test_the_isola_is_a_closed_curve_of_its_own():
     segments, events = events_of(there, last.end.state, angle, (-3, 3))
     assert segments[-1].last == "closed"
     assert [event.kind for event in events] == ["fold", "fold"]
-    found = sorted(event.point.parameter for event in events)
-    assert found == pytest.approx([-1.276726, -0.659827], abs=2e-6)
+    result = sorted(event.point.parameter for event in events)
+    assert result == pytest.approx([-1.276726, -0.659827], abs=2e-6)
     main = [p for _, p in folds_along(*named(Scene(shear=0.40), elements=12, extensible=False), Steps())]
-    assert min(abs(p - q) for p in main for q in found) > 0.05
+    assert min(abs(p - q) for p in main for q in result) > 0.05
 
 
 def test_states_that_fork_from_u_close_on_themselves_in_the_shear():
@@ -300,5 +300,5 @@ def test_where_no_value_is_found_beside_a_root_the_least_counts():
 def test_a_wide_bracket_of_what_is_asked_for_roughly_is_left():
     """High above low by ten times `within`, and the root at the end: it went round and round."""
     high = 0.02758198007926773
-    found = root(lambda x: 0.39 if x < 0.9999 * high else -0.01, 0.0, high, 0.1 * high, 0.99 * high)
-    assert abs(found - high) <= 0.15 * high
+    result = root(lambda x: 0.39 if x < 0.9999 * high else -0.01, 0.0, high, 0.1 * high, 0.99 * high)
+    assert abs(result - high) <= 0.15 * high

@@ -16,8 +16,8 @@ from compare.report.section import Section, Table
 @pytest.fixture(scope="module")
 def section(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
-    found = crosscheck.main(compressions=(0.05, 0.4), elements=32, nodes=41)
-    return publish(crosscheck.COMMAND, found, out)[0], out / PAGE
+    result = crosscheck.main(compressions=(0.05, 0.4), elements=32, nodes=41)
+    return publish(crosscheck.COMMAND, result, out)[0], out / PAGE
 
 
 def test_every_model_is_near_the_closed_form(section):

@@ -25,8 +25,8 @@ LEAVES = {
 
 
 def snap(model, scene, **policy):
-    found = model.simulate(scene, until="snap", every=10**6, **policy).crossing()
-    return np.nan if found is None else found[1]
+    result = model.simulate(scene, until="snap", every=10**6, **policy).crossing()
+    return np.nan if result is None else result[1]
 
 
 def test_the_steel_strip_is_left_to_the_mesh_of_the_rods():
@@ -76,13 +76,13 @@ def test_what_defaults_leave(model):
             if np.isfinite(default + tight + fine):
                 time.append(abs(default - tight))
                 space.append(factor * abs(fine - tight))
-    found = np.median(time), np.quantile(time, 0.9), max(time)
+    median, nine, most = np.median(time), np.quantile(time, 0.9), max(time)
     print(
-        f"{model.__name__}: {len(time)} scenes; time {found[0]:.1e} (median), {found[1]:.1e} (nine of ten), "
-        f"{found[2]:.1e} (most); space {np.median(space):.1e} (median), {max(space):.1e} (most)"
+        f"{model.__name__}: {len(time)} scenes; time {median:.1e} (median), {nine:.1e} (nine of ten), "
+        f"{most:.1e} (most); space {np.median(space):.1e} (median), {max(space):.1e} (most)"
     )
     assert len(time) > 10 * len(kinds)
-    assert np.all(np.array(found) < LEAVES[model])
+    assert np.all(np.array((median, nine, most)) < LEAVES[model])
     if model is der:
-        assert found[0] < 0.5 * np.median(space)
-        assert found[2] < max(space)
+        assert median < 0.5 * np.median(space)
+        assert most < max(space)

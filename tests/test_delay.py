@@ -121,8 +121,8 @@ def test_null_vector_and_frequencies_agree(model, policy):
         first = continuation.first_point(problem, problem.start(), 0.0, 1.0)
         *_, last = continuation.trace(problem, first, (-1.0, fold.angle - distance))
         squares.append(delay.frequency(problem, last.end.state, fold.angle - distance))
-    found = delay.product_from_frequencies(fold.angle - distances, np.array(squares), fold.angle)
-    assert found == pytest.approx(fold.product, rel=2e-3)
+    result = delay.product_from_frequencies(fold.angle - distances, np.array(squares), fold.angle)
+    assert result == pytest.approx(fold.product, rel=2e-3)
 
 
 def test_extensible_elastica_has_the_coefficient_of_rods():

@@ -77,12 +77,12 @@ def test_folds_of_any_control_closer(name):
 @pytest.mark.parametrize("name", LOST)
 def test_where_states_are_lost_at_no_fold(name):
     given, expected, subcritical, out_of_plane = LOST[name]
-    found = []
+    result = []
     for nodes in (41, 81):
         (point,) = der.instabilities(Scene(**given), nodes=nodes)
         assert (point.kind, point.subcritical, point.out_of_plane) == ("pitchfork", subcritical, out_of_plane)
-        found.append(point.control)
-    assert abs(limit(found, (41, 81)) - expected) < 1e-4
+        result.append(point.control)
+    assert abs(limit(result, (41, 81)) - expected) < 1e-4
 
 
 def test_a_pitchfork_before_the_fold_is_told():
@@ -143,8 +143,8 @@ def test_start_states_of_drawn_scenes_against_elements(scene):
     ):
         assert np.abs(limit([get(s) for s in states], nodes) - get(reference)).max() < bound
     expected = kirchhoff.frequencies(scene, count=3, elements=12, extensible=True)
-    found = limit([der.frequencies(scene, count=3, nodes=n) for n in nodes], nodes)
-    assert np.abs(found / expected - 1.0).max() < 1e-4
+    result = limit([der.frequencies(scene, count=3, nodes=n) for n in nodes], nodes)
+    assert np.abs(result / expected - 1.0).max() < 1e-4
 
 
 @pytest.mark.parametrize("scene", list(drawn(1, seed=271)), ids=[0])
@@ -186,11 +186,11 @@ def test_clamps_twist_by_more_than_half_a_turn():
     """A preset of two thirds of a turn on both ends alike is the untwisted ribbon turned about its chord."""
     scene = Scene(**(NONE | PLANAR | {"preset": {"twist_left": 4.2, "twist_right": 4.2}}))
     plain = der.state(Scene(**(NONE | PLANAR)), nodes=31)
-    found = der.state(scene, nodes=31)
+    result = der.state(scene, nodes=31)
     c, s = np.cos(4.2), np.sin(4.2)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    assert np.abs(found.positions - plain.positions @ turn.T).max() < 1e-7
-    assert abs(found.energy - plain.energy) < 1e-6
+    assert np.abs(result.positions - plain.positions @ turn.T).max() < 1e-7
+    assert abs(result.energy - plain.energy) < 1e-6
 
 
 def test_right_is_the_image_of_left():
@@ -211,10 +211,10 @@ def test_a_start_that_does_not_stay_stable_is_told():
 def test_a_start_away_from_0():
     """A schedule that begins at an angle has its start there, on the curve of a ramp."""
     begun = Scene(schedule=Schedule((0.0, 1.0), (0.05, 0.2)))
-    found = der.state(begun, nodes=41)
-    assert found.control == 0.05
+    result = der.state(begun, nodes=41)
+    assert result.control == 0.05
     curve = der.equilibria(Scene(), nodes=41, span=(-0.01, 0.05))
-    assert abs(found.height - curve.height[-1]) < 1e-7
+    assert abs(result.height - curve.height[-1]) < 1e-7
     assert der.folds(begun, nodes=41)[0].control == pytest.approx(
         der.folds(Scene(), nodes=41)[0].control, abs=1e-8
     )

@@ -134,11 +134,11 @@ def test_small_motions_decay_as_the_material_says():
             held(scene, 0.0, 40.0 * np.pi / omega),
             kernels.Course(scene.scaled_damping, np.inf, -np.inf, False),
         )
-        found = loop.history(scene, {}, {})
-        kinetic, elastic, potential, *_ = found.energies.values()
+        result = loop.history(scene, {}, {})
+        kinetic, elastic, potential, *_ = result.energies.values()
         energy = kinetic + elastic + potential
         energy -= problem.potential(state)
-        slope = np.polyfit(found.time / ribbon.inertial_time, np.log(energy), 1)[0]
+        slope = np.polyfit(result.time / ribbon.inertial_time, np.log(energy), 1)[0]
         assert slope == pytest.approx(-rate, rel=3e-3)
 
 

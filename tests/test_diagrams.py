@@ -99,12 +99,12 @@ def test_a_resumed_diagram_is_the_same_and_the_centre_is_a_sample(tmp_path):
 
 def test_selection_ends_in_shapes_that_exist():
     with Sweep(processes=1) as sweep:
-        found = selection_diagram(
+        result = selection_diagram(
             0.40, 0.40, 0.36, (0.1, 1.0, 2), (10.0, 30.0, 2), nodes=31, samples=1, sweep=sweep
         )
-    assert found.outcomes == ("U+S+", "U+S-", "U-S+", "U-S-")
+    assert result.outcomes == ("U+S+", "U+S-", "U-S+", "U-S-")
     # alpha_c1 lies before the stop: U+S+ is no shape to come to rest in
-    assert set(found.outcome.ravel()) == {"U+S-"}
+    assert set(result.outcome.ravel()) == {"U+S-"}
 
 
 def test_a_run_that_fails_is_recorded(monkeypatch):
@@ -179,11 +179,11 @@ def test_lines_find_points_and_bands(truth, band):
 def test_threshold_of_type_2_in_the_limit_of_the_mesh():
     scene = Scene(compression=0.40, shear=0.40, damping=10.0)
     with Sweep(processes=1) as sweep:
-        found = threshold(scene, "type 2", "rate", (0.3, 1.0), 0.02, sweep=sweep)
+        result = threshold(scene, "type 2", "rate", (0.3, 1.0), 0.02, sweep=sweep)
         # N = 51, 101, 201 give .4995, .507, .5087
-        assert found.value == pytest.approx(0.5093, abs=found.doubt + 5e-4)
-        assert found.doubt <= 0.02 * found.value
-        assert (found.below, found.above) == ("no skip", "type 2")
+        assert result.value == pytest.approx(0.5093, abs=result.doubt + 5e-4)
+        assert result.doubt <= 0.02 * result.value
+        assert (result.below, result.above) == ("no skip", "type 2")
         with pytest.raises(SolverError, match="'no skip' and 'no skip'"):
             threshold(scene, "type 2", "rate", (0.1, 0.2), nodes=31, sweep=sweep)
 
@@ -277,8 +277,8 @@ def shares_around(model, rate, damping, count=200, **policy):
     """Shares of outcomes around (0.40, 0.40) within 10^(+-0.05) of a rate and a damping."""
     base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, policy)
     places = 10.0 ** (0.1 * qmc.Halton(2, seed=5).random(count) - 0.05)
-    found = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]
-    return np.array([found.count(name) / count for name in runs.SKIPPING])
+    result = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]
+    return np.array([result.count(name) / count for name in runs.SKIPPING])
 
 
 @pytest.mark.slow
@@ -301,7 +301,7 @@ def test_shares_inside_a_region_do_not_depend_on_mesh_tolerance_or_model(rate, d
 def test_elements_draw_what_rods_draw(diagram):
     """Where neither rings on a boundary; with the mesh that elements in motion have by default."""
     with Sweep(processes=1) as sweep:
-        found = skipping_diagram(
+        result = skipping_diagram(
             0.40,
             0.40,
             (0.05, 1.0, 2),
@@ -312,9 +312,9 @@ def test_elements_draw_what_rods_draw(diagram):
             boundaries=False,
             sweep=sweep,
         )
-    assert not found.failed
-    assert found.outcome[1, 0] == diagram.outcome[2, 0] == "no skip"
-    assert found.outcome[1, 1] == diagram.outcome[2, 2] == "type 2"
+    assert not result.failed
+    assert result.outcome[1, 0] == diagram.outcome[2, 0] == "no skip"
+    assert result.outcome[1, 1] == diagram.outcome[2, 2] == "type 2"
 
 
 def test_models_side_by_side(diagram):

@@ -75,9 +75,9 @@ def agree(value, comment, where):
         assert bool(value) is (comment == "True"), where
         return
     told = comment.split(", ")
-    found = flat(value)[: len(told)]
-    assert len(found) == len(told), where
-    for text, number in zip(told, found, strict=True):
+    result = flat(value)[: len(told)]
+    assert len(result) == len(told), where
+    for text, number in zip(told, result, strict=True):
         mantissa, _, power = text.partition("e")
         digit = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
         assert abs(number - float(text)) <= 1.01 * digit, f"{where}: {text} is told, {number!r} is found"
@@ -211,16 +211,16 @@ def test_examples_in_docstrings():
         module, _, path = place.partition(":")
         objects[place] = reduce(getattr, path.split("."), import_module(module))
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
-    found = 0
+    result = 0
     for name, value in objects.items():
         written = inspect.getdoc(value) if inspect.isroutine(value) or inspect.isclass(value) else None
         if not written or ">>>" not in written:
             continue
         names = dict(inspect.unwrap(value).__globals__ if inspect.isroutine(value) else vars(owner(value)))
         runner.run(parser.get_doctest(written, names, name, None, 0))
-        found += 1
+        result += 1
     assert runner.failures == 0
-    assert found >= 8
+    assert result >= 8
 
 
 def owner(kind):

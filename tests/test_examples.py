@@ -25,9 +25,9 @@ NAMES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init
 MU = 1.781776041156
 
 
-def drawn(module, found):
+def drawn(module, result):
     """What `look` draws: a figure in which every axes holds something and says what."""
-    figure = module.look(found)
+    figure = module.look(result)
     for axes in figure.axes:
         assert axes.has_data()
         assert axes.get_xlabel()
@@ -37,70 +37,70 @@ def drawn(module, found):
 
 
 def test_a_planar_fold():
-    found = planar_fold.main(compression=0.2, elements=(8, 16), compressions=(0.02, 0.1, 0.4))
-    assert found.closed_form == pytest.approx(MU * 0.2**0.5, rel=1e-12)
-    assert found.order == pytest.approx(4.0, abs=0.15)
-    assert max(found.errors) < 2e-3
+    result = planar_fold.main(compression=0.2, elements=(8, 16), compressions=(0.02, 0.1, 0.4))
+    assert result.closed_form == pytest.approx(MU * 0.2**0.5, rel=1e-12)
+    assert result.order == pytest.approx(4.0, abs=0.15)
+    assert max(result.errors) < 2e-3
     # the elastica tends to the closed form with dL, and is not it
-    off = np.abs(np.array(found.ratios) - 1.0)
+    off = np.abs(np.array(result.ratios) - 1.0)
     assert off[0] < 1e-3 < off[1] < off[2] < 5e-3
-    drawn(planar_fold, found)
+    drawn(planar_fold, result)
 
 
 def test_folds_of_a_ribbon():
-    found = ribbon_folds.main(elements=8)
-    np.testing.assert_allclose(found.limit, found.elements, atol=1e-5)
+    result = ribbon_folds.main(elements=8)
+    np.testing.assert_allclose(result.limit, result.elements, atol=1e-5)
     # and the rods themselves are a hundred times as far
-    assert np.abs(np.array(found.rods[1]) - found.elements).min() > 2e-4
-    assert [fold.angle for fold in found.curve.folds if fold.angle > 0.0] == pytest.approx(found.elements)
-    drawn(ribbon_folds, found)
+    assert np.abs(np.array(result.rods[1]) - result.elements).min() > 2e-4
+    assert [fold.angle for fold in result.curve.folds if fold.angle > 0.0] == pytest.approx(result.elements)
+    drawn(ribbon_folds, result)
 
 
 def test_a_delayed_snap():
-    found = delayed_snap.main(rates=(0.01, 0.1))
-    measured, better = np.array(found.measured), np.array(found.next_order)
-    assert np.all(np.abs(measured - better) < found.errors)
+    result = delayed_snap.main(rates=(0.01, 0.1))
+    measured, better = np.array(result.measured), np.array(result.next_order)
+    assert np.all(np.abs(measured - better) < result.errors)
     # the leading order is late by a time that hardly depends on the rate
-    late = (np.array(found.leading) - measured) / found.rates
+    late = (np.array(result.leading) - measured) / result.rates
     assert late == pytest.approx([0.1, 0.1], rel=0.2)
-    drawn(delayed_snap, found)
+    drawn(delayed_snap, result)
 
 
 def test_a_shape_is_skipped():
-    found = skip_a_shape.main(nodes=31)
-    assert found.outcomes == ("no skip", "type 2")
-    (slow_first, slow_second), (fast_first, fast_second) = found.snaps
-    first, second = found.folds
+    result = skip_a_shape.main(nodes=31)
+    assert result.outcomes == ("no skip", "type 2")
+    (slow_first, slow_second), (fast_first, fast_second) = result.snaps
+    first, second = result.folds
     assert first < slow_first < second < slow_second < fast_second
     assert fast_first < second
-    drawn(skip_a_shape, found)
+    drawn(skip_a_shape, result)
 
 
 def test_the_last_shape_is_chosen():
-    found = choose_the_last.main(nodes=31)
-    assert found.folds[0] < found.stop < found.folds[1]
-    assert found.last == ("U+S-", "U-S+")
+    result = choose_the_last.main(nodes=31)
+    assert result.folds[0] < result.stop < result.folds[1]
+    assert result.last == ("U+S-", "U-S+")
     # neither can leave it any more
-    assert max(found.energies) < found.barrier
-    drawn(choose_the_last, found)
+    assert max(result.energies) < result.barrier
+    drawn(choose_the_last, result)
 
 
 def test_two_witnesses():
-    found = two_witnesses.main(nodes=(51, 76), elements=6)
-    assert abs(found.limit - found.elements) < 5e-5
-    assert abs(found.rods[-1] - found.elements) > 2e-4
-    drawn(two_witnesses, found)
+    result = two_witnesses.main(nodes=(51, 76), elements=6)
+    assert abs(result.limit - result.elements) < 5e-5
+    assert abs(result.rods[-1] - result.elements) > 2e-4
+    drawn(two_witnesses, result)
 
 
 def test_which_mesh():
-    found = which_mesh.main(elements=(8, 16, 32), nodes=(21, 41, 81), tolerance=1e-6)
-    for convergence in found.refined:
+    result = which_mesh.main(elements=(8, 16, 32), nodes=(21, 41, 81), tolerance=1e-6)
+    for convergence in result.refined:
         assert convergence.verified
         assert convergence.order == pytest.approx(convergence.expected, rel=0.1)
     # the chosen prediction is within its error of the rods' limit
-    rods = found.refined[-1]
-    assert abs(found.chosen - rods.limit) < found.error + 5.0 * rods.uncertainty
-    drawn(which_mesh, found)
+    rods = result.refined[-1]
+    assert abs(result.chosen - rods.limit) < result.error + 5.0 * rods.uncertainty
+    drawn(which_mesh, result)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -41,9 +41,9 @@ def rest():
         return main(only=AT_REST, sweep=sweep)
 
 
-def verdicts(found, start=""):
+def verdicts(result, start=""):
     """Verdict by what the paper says, of the claims of a figure."""
-    return {claim.says: v for claim, v in figures.judgements(found) if claim.figure.startswith(start)}
+    return {claim.says: v for claim, v in figures.judgements(result) if claim.figure.startswith(start)}
 
 
 def test_known_numbers(rest):
@@ -133,8 +133,8 @@ def test_verdicts_of_delays_are_of_their_limit():
     def true(rate, damping):
         return 1.0 - 0.2 * rate ** (0.2 if damping < 5.0 else 1.0 / 3.0)
 
-    found = Figures(asked=("fig7",), delays=cells_of(true))
-    said = verdicts(found, "fig7")
+    result = Figures(asked=("fig7",), delays=cells_of(true))
+    said = verdicts(result, "fig7")
     assert NO not in {v.verdict for v in said.values()}
     assert said["Overdamped, the delay goes as nu^(2/3)."].verdict == YES
     assert said["There are two regimes, Lambda << 1 and Lambda >> 1."].verdict == YES
@@ -150,9 +150,9 @@ def test_verdicts_of_delays_are_of_their_limit():
         verdicts(Figures(asked=("fig7",), delays=other))["Overdamped, the delay goes as nu^(2/3)."].verdict
         == NO
     )
-    few = replace(found, delays=replace(found.delays, cells=found.delays.cells[:1]))
+    few = replace(result, delays=replace(result.delays, cells=result.delays.cells[:1]))
     assert verdicts(few)["Underdamped, the angle delay goes as rate^(4/5)."].verdict == OPEN
-    plate = figures.motion.scaling(found.delays)
+    plate = figures.motion.scaling(result.delays)
     assert len(plate.panels) == 3
     plt.close(panels.draw(plate))
 
@@ -293,9 +293,9 @@ def test_verdicts_of_ramps_and_bounds():
     says = "At dL/L = 0.35 the first snap has the energy to pass to U-."
     for low, high, expected in ((2.6, 0.55, CORRECTED), (2.6, -0.5, YES), (-0.1, -0.5, NO)):
         bounds = (Bound(0.40, high, high), Bound(0.35, low, low))
-        found = Figures(asked=("fig10",), settled=Settled((), {}), bounds=bounds)
+        result = Figures(asked=("fig10",), settled=Settled((), {}), bounds=bounds)
         claim = next(claim for claim in CLAIMS if claim.says == says)
-        assert claim.of(found).verdict == expected
+        assert claim.of(result).verdict == expected
 
 
 def test_finished_runs_of_another_question_are_taken_over(tmp_path):
@@ -319,19 +319,19 @@ def test_verdicts_of_named_runs():
     wanted = ("(0.40, 0.40) nu 10, rate 1", "(0.40, 0.40) nu 10, rate 1, stop 0.36")
     chosen = [case for case in CASES if case.label in wanted]
     settled = Settled(tuple(settle(case, (31, 51), 1e-4, (1e-2,)) for case in chosen), {0.40: CURVE})
-    found = Figures(
+    result = Figures(
         asked=("fig10", "fig12"), settled=settled, bounds=(Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))
     )
     skip, select = "The same at nu = 10.", "At nu = 10 both end in U+S-."
-    said = verdicts(found)
+    said = verdicts(result)
     assert said[skip].verdict == YES
     assert "type 2 (first snap 0.33" in said[skip].number
     assert said[select].verdict == CORRECTED
     for outcome, expected in (("sensitive", OPEN), ("U-S-", NO)):
         changed = tuple(replace(v, outcome=outcome) for v in settled.verdicts)
-        other = verdicts(replace(found, settled=replace(settled, verdicts=changed)))
+        other = verdicts(replace(result, settled=replace(settled, verdicts=changed)))
         assert (other[skip].verdict, other[select].verdict) == (expected, expected)
-    for plate in figures.plates(found):
+    for plate in figures.plates(result):
         plt.close(panels.draw(plate))
 
 

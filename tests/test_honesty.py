@@ -60,11 +60,11 @@ def test_a_state_without_a_u_does_not_snap_by_rounding(shear, start):
         pytest.skip("not a stable state")
     whole = der.simulate(scene, nodes=31, configurations=False)
     early = der.simulate(scene, nodes=31, configurations=False, until="snap")
-    found = whole.crossing()
+    result = whole.crossing()
     assert abs(whole.height[0]) < 1e-6
-    assert found is None or abs(whole.height[whole.time < found[0]]).max() > 1e-6
+    assert result is None or abs(whole.height[whole.time < result[0]]).max() > 1e-6
     # a run until the snap is the beginning of the whole one
-    assert early.crossing() == found
+    assert early.crossing() == result
     with pytest.raises(OptionError, match="quantity = 'snap': needs a start with U"):
         choose(scene, 1e-3)
 

@@ -176,9 +176,9 @@ CHECKS = [
 
 @pytest.mark.parametrize(("scene", "extensible", "expected"), CHECKS)
 def test_folds_have_their_check_values(scene, extensible, expected):
-    found = kirchhoff.folds(scene, extensible=extensible)
-    assert len(found) == len(expected)
-    for fold, (angle, height) in zip(found, expected, strict=True):
+    result = kirchhoff.folds(scene, extensible=extensible)
+    assert len(result) == len(expected)
+    for fold, (angle, height) in zip(result, expected, strict=True):
         assert fold.angle == pytest.approx(angle, abs=6e-10)
         if height is not None:
             assert fold.height == pytest.approx(height, abs=6e-8)
@@ -195,13 +195,13 @@ def test_fold_converges_with_the_tenth_power_of_the_mesh():
 
 def test_whole_branch_has_its_four_folds_at_a_coarse_mesh():
     problem, start = named(PATH2, elements=20, extensible=False)
-    found = []
+    result = []
     for segment in trace(problem, first_point(problem, start, 0.0, 1.0), (-1.5, 1.5)):
-        found += [event.point.parameter for event in segment.events]
-        if len(found) == 4:
+        result += [event.point.parameter for event in segment.events]
+        if len(result) == 4:
             break
     # fifth-degree elements, 64 of them
-    assert found == pytest.approx(
+    assert result == pytest.approx(
         [0.160732997913, -0.517446886131, 0.445884625849, -1.344187015724], abs=1e-8
     )
 

@@ -450,11 +450,11 @@ def test_bad_policies_are_named():
 @pytest.mark.parametrize("name", ["U+S-", "U+S+"])
 def test_frequencies_are_the_rods_limit(name):
     scene = Scene(compression=0.40, shear=0.37, start=name)
-    found = kirchhoff.frequencies(scene, extensible=True)
+    result = kirchhoff.frequencies(scene, extensible=True)
     rods = np.array([der.frequencies(scene, nodes=2 + spans) for spans in (50, 100, 200)])
     for power in (4, 16):
         rods = rods[1:] + (rods[1:] - rods[:-1]) / (power - 1)
-    assert np.abs(found / rods[0] - 1.0).max() < 1e-6
+    assert np.abs(result / rods[0] - 1.0).max() < 1e-6
 
 
 @pytest.mark.parametrize("extensible", [False, True])

@@ -94,15 +94,15 @@ def test_events_of_a_run():
     scene = Scene(compression=0.40, shear=0.40, rate=0.1, damping=10.0, stop=0.6)
     folds = der.folds(scene, nodes=31)
     history = der.simulate(scene, nodes=31, configurations=False)
-    found = der.modes.events(history, folds)
-    assert found["alpha_c1"].name == "U+S+"
-    assert found["alpha_c2"].name == "U+S-"
-    assert found["end"].name == "U-S+"
-    assert abs(found["first snap"].slope) < 1e-8
-    assert abs(found["second snap"].height) < 1e-8
-    assert folds[0].angle < found["first snap"].angle < folds[1].angle < found["second snap"].angle
-    assert np.isclose(found["alpha_c1"].angle, folds[0].angle)
-    assert found["first minimum"].time > found["first snap"].time
+    result = der.modes.events(history, folds)
+    assert result["alpha_c1"].name == "U+S+"
+    assert result["alpha_c2"].name == "U+S-"
+    assert result["end"].name == "U-S+"
+    assert abs(result["first snap"].slope) < 1e-8
+    assert abs(result["second snap"].height) < 1e-8
+    assert folds[0].angle < result["first snap"].angle < folds[1].angle < result["second snap"].angle
+    assert np.isclose(result["alpha_c1"].angle, folds[0].angle)
+    assert result["first minimum"].time > result["first snap"].time
     short = der.simulate(Scene(compression=0.40, shear=0.40, rate=0.1, stop=0.05), nodes=31)
     assert der.modes.events(short, folds)["alpha_c1"] is None
     assert der.modes.events(short)["second snap"] is None
@@ -117,12 +117,12 @@ def test_a_ramp_that_meets_one_fold_has_one_snap(model):
     scene = Scene(compression=0.25, shear=0.2, start="U+", ribbon=STRIP, rate=1.0, stop=0.9, damping=0.5)
     mesh = {"nodes": 51} if model is der else {}
     history, folds = model.simulate(scene, **mesh), model.folds(scene, **mesh)
-    found = der.modes.events(history, folds)
-    assert set(found) == {"alpha_c", "snap", "first minimum", "end"}
-    assert list(found)[:2] == ["alpha_c", "snap"]
-    assert found["snap"].angle == history.crossing("height")[1]
-    assert found["alpha_c"].angle == pytest.approx(folds[0].angle, abs=1e-12)
-    assert found["first minimum"].time > found["snap"].time
+    result = der.modes.events(history, folds)
+    assert set(result) == {"alpha_c", "snap", "first minimum", "end"}
+    assert list(result)[:2] == ["alpha_c", "snap"]
+    assert result["snap"].angle == history.crossing("height")[1]
+    assert result["alpha_c"].angle == pytest.approx(folds[0].angle, abs=1e-12)
+    assert result["first minimum"].time > result["snap"].time
     assert set(der.modes.events(history)) == {"snap", "first minimum", "end"}
 
 
@@ -136,12 +136,12 @@ def test_events_come_in_their_order():
         rate, damping = 10 ** generator.uniform(-0.5, 1.0), 10 ** generator.uniform(-1.0, 1.5)
         ramp = {"rate": sign * rate, "stop": sign * generator.uniform(0.3, 2.0)}
         scene = Scene(compression=0.4, shear=shear, start=start, damping=damping, **ramp)
-        found = der.modes.events(kirchhoff.simulate(scene), kirchhoff.folds(scene, elements=12))
-        times = [np.inf if event is None else event.time for event in found.values()]
+        result = der.modes.events(kirchhoff.simulate(scene), kirchhoff.folds(scene, elements=12))
+        times = [np.inf if event is None else event.time for event in result.values()]
         assert times == sorted(times)
-        assert ("first snap" in found) == (start in ("U+S+", "U-S+"))
-        if found.get("first snap") and found["second snap"]:
-            assert found["first snap"].time < found["second snap"].time
+        assert ("first snap" in result) == (start in ("U+S+", "U-S+"))
+        if result.get("first snap") and result["second snap"]:
+            assert result["first snap"].time < result["second snap"].time
 
 
 def test_runs_and_folds_by_their_defaults_are_of_one_model():
@@ -150,7 +150,7 @@ def test_runs_and_folds_by_their_defaults_are_of_one_model():
     assert classify(kirchhoff.simulate(scene), kirchhoff.folds(scene)).kind == "type 2"
     beam = Scene(compression=0.3, shear=0.0, start="U+", rate=1.0, stop=1.2, damping=1.0)
     for model in (elastica, quasilinear):
-        found = der.modes.events(model.simulate(beam), model.folds(beam))
-        assert found["alpha_c"].time < found["snap"].time
+        result = der.modes.events(model.simulate(beam), model.folds(beam))
+        assert result["alpha_c"].time < result["snap"].time
     with pytest.raises(ValueError, match=r"folds\[0\]: elements = 4"):
         der.modes.events(elastica.simulate(beam), elastica.folds(beam, elements=4))

@@ -24,8 +24,8 @@ FINE = Steps(first=2e-3, largest=0.02)
 )
 @pytest.mark.parametrize("steps", [None, Steps(0.01, 0.1), Steps(1e-3, 0.02), Steps(0.04, 0.4)])
 def test_both_turns_inside_a_step_are_found(shear, angles, steps):
-    found = kirchhoff.folds(replace(STRIP, shear=shear), elements=16, steps=steps)
-    assert [fold.angle for fold in found] == pytest.approx(angles, rel=2e-4, abs=1e-9)
+    result = kirchhoff.folds(replace(STRIP, shear=shear), elements=16, steps=steps)
+    assert [fold.angle for fold in result] == pytest.approx(angles, rel=2e-4, abs=1e-9)
 
 
 def fork_of_rods(compression, nodes):
@@ -63,9 +63,9 @@ def test_steps_ten_times_finer_change_no_fold_near_a_pitchfork():
     for model, scene, mesh in scenes_near_forks(12):
         fine = replace(default_steps(Rod(scene, 31, "centred")), first=2e-3, largest=0.02)
         expected = model.folds(scene, steps=FINE if model is kirchhoff else fine, **mesh)
-        found = model.folds(scene, **mesh)
+        result = model.folds(scene, **mesh)
         # (a fold this close to alpha = 0 moves with the last digits of the shear)
-        assert [f.angle for f in found] == pytest.approx([f.angle for f in expected], rel=1e-4, abs=1e-8)
+        assert [f.angle for f in result] == pytest.approx([f.angle for f in expected], rel=1e-4, abs=1e-8)
 
 
 def test_every_state_is_there_at_the_shears_of_the_pitchforks():
@@ -103,10 +103,10 @@ def test_at_a_pitchfork_the_states_of_one_side_are_stable():
             continue
         for away in (0.0, generator.choice((-1.0, 1.0)) * 10 ** generator.uniform(-12.0, -3.0)):
             scene = Scene(compression=compression, shear=float(at * (1.0 + away)), start="U+", ribbon=ribbon)
-            found = kirchhoff.stable_states(scene, **mesh)
-            assert found in (sides[fork] if abs(away) < 1e-9 else (sides[fork][int(away > 0.0)],))
+            result = kirchhoff.stable_states(scene, **mesh)
+            assert result in (sides[fork] if abs(away) < 1e-9 else (sides[fork][int(away > 0.0)],))
             for start in ("U+", "U+S-", "S+"):
-                if start in found:
+                if start in result:
                     assert kirchhoff.state(replace(scene, start=start), **mesh).name == start
                 else:
                     with pytest.raises(SceneError, match="not a stable equilibrium"):
@@ -118,5 +118,5 @@ def test_rods_have_their_states_at_their_pitchfork(nodes):
     at = fork_of_rods(0.25, nodes)
     for away in (-1e-9, -1e-12, 0.0, 1e-12, 1e-9, 1e-6):
         scene = Scene(compression=0.25, shear=at * (1.0 + away), start="U+")
-        found = der.stable_states(scene, nodes=nodes)
-        assert found in (UNBROKEN, BROKEN) if away < 1e-6 else found == BROKEN
+        result = der.stable_states(scene, nodes=nodes)
+        assert result in (UNBROKEN, BROKEN) if away < 1e-6 else result == BROKEN

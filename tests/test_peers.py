@@ -86,8 +86,8 @@ def test_equations_of_auto_hold_in_the_start_state():
     n = np.einsum("i,ijs->sj", force, columns)
     omega = m / [scene.ribbon.twist_ratio, 1.0, scene.ribbon.bending_ratio]
     rate = np.cross(m, omega) + np.column_stack((np.zeros(len(s)), n[:, 2], -n[:, 1]))
-    found = np.gradient(m, s, axis=0, edge_order=2)
-    assert np.abs(found - rate)[2:-2].max() < 2e-3 * np.abs(rate).max()
+    result = np.gradient(m, s, axis=0, edge_order=2)
+    assert np.abs(result - rate)[2:-2].max() < 2e-3 * np.abs(rate).max()
 
 
 def test_equations_carry_the_scene():
@@ -102,12 +102,12 @@ def test_auto_finds_the_folds():
     scene = Scene(compression=0.40, shear=0.40)
     program = peer_auto.Auto(scene)
     try:
-        found = program.run(largest=2.0)
+        result = program.run(largest=2.0)
     finally:
         program.close()
     ours = kirchhoff.equilibria(scene, elements=32, unstable=1).folds
-    assert np.abs(np.array(found.folds) - [fold.angle for fold in ours[:4]]).max() < 1e-7
-    assert found.seconds > 0.0
+    assert np.abs(np.array(result.folds) - [fold.angle for fold in ours[:4]]).max() < 1e-7
+    assert result.seconds > 0.0
 
 
 def test_exudyn_snaps_where_the_elastica_does():

@@ -110,10 +110,10 @@ def test_richardson_knows_the_limit_of_a_power():
     sizes = (1 / 8, 1 / 12, 1 / 20, 1 / 31)
     for order in (1.0, 2.0, 6.0):
         values = [np.array([1.5, -2.0]) + np.array([3.0, 1.0]) * h**order for h in sizes]
-        found = richardson(values, sizes, order)
-        assert found.verified
-        assert np.allclose(found.value, [1.5, -2.0], atol=1e-12)
-        assert np.allclose(found.orders, order, rtol=1e-5)
+        result = richardson(values, sizes, order)
+        assert result.verified
+        assert np.allclose(result.value, [1.5, -2.0], atol=1e-12)
+        assert np.allclose(result.orders, order, rtol=1e-5)
         assert richardson(values, sizes).verified
     assert np.isnan(triple_order([1.0, 2.0, 1.5], (0.4, 0.2, 0.1)))
     constant = richardson([0.3, 0.3, 0.3], (0.4, 0.2, 0.1), 2.0)

@@ -25,9 +25,9 @@ def test_crossing_is_of_fourth_order():
         errors = []
         for offset in np.linspace(0.0, step, 8, endpoint=False):
             time = np.arange(0.0, 4.0, step) + offset
-            found = history(time, np.exp(-time) - 0.2).crossing()
-            errors.append(abs(found[0] - np.log(5.0)))
-            assert np.isclose(found[1], 0.1 * found[0])
+            result = history(time, np.exp(-time) - 0.2).crossing()
+            errors.append(abs(result[0] - np.log(5.0)))
+            assert np.isclose(result[1], 0.1 * result[0])
         worst.append(max(errors))
     assert worst[1] < 3e-6
     assert 12.0 < worst[0] / worst[1] < 20.0, f"expected 2^4, observed {worst[0] / worst[1]}"
@@ -39,8 +39,8 @@ def test_crossing_is_of_sixth_order_with_velocities():
         errors = []
         for offset in np.linspace(0.0, step, 8, endpoint=False):
             time = np.arange(0.0, 4.0, step) + offset
-            found = history(time, np.exp(-time) - 0.2, velocity=-np.exp(-time)).crossing()
-            errors.append(abs(found[0] - np.log(5.0)))
+            result = history(time, np.exp(-time) - 0.2, velocity=-np.exp(-time)).crossing()
+            errors.append(abs(result[0] - np.log(5.0)))
         worst.append(max(errors))
     assert worst[1] < 3e-8
     assert 45.0 < worst[0] / worst[1] < 80.0, f"expected 2^6, observed {worst[0] / worst[1]}"

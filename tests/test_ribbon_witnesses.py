@@ -56,10 +56,10 @@ class Limit:
 
 def snaps(history):
     """Angles of the changes of sign of t_z(1/2) (from S+) and of z(1/2); NaN where there is none."""
-    found = [history.crossing("height")]
+    result = [history.crossing("height")]
     if history.scene.start.endswith("S+"):
-        found.insert(0, history.crossing("slope"))
-    return np.array([np.nan if value is None else value[1] for value in found])
+        result.insert(0, history.crossing("slope"))
+    return np.array([np.nan if value is None else value[1] for value in result])
 
 
 def rods_limit(scene):
@@ -75,12 +75,12 @@ def rods_limit(scene):
 def elements_limit(scene):
     """12 elements at a tight tolerance; in doubt by what a looser one, or 8 elements, change."""
 
-    def found(elements, tolerance):
+    def result(elements, tolerance):
         policy = {"extensible": True, "configurations": False, "until": "snap"}
         return snaps(kirchhoff.simulate(scene, elements=elements, tolerance=tolerance, **policy))
 
-    fine = found(12, 1e-7)
-    doubts = np.maximum(abs(fine - found(12, 3e-7)), abs(fine - found(8, 1e-7)))
+    fine = result(12, 1e-7)
+    doubts = np.maximum(abs(fine - result(12, 3e-7)), abs(fine - result(8, 1e-7)))
     return [Limit(v, d) for v, d in zip(fine, doubts, strict=True)]
 
 
@@ -106,13 +106,13 @@ def test_the_default_mesh_is_near_the_limit_of_its_own(index, extensible):
     """At 1e-6, within 1e-5 rad of finer meshes; snaps about which those doubt by more are listed apart."""
     scene = drawn(20)[index]
 
-    def found(tolerance, **mesh):
+    def result(tolerance, **mesh):
         policy = {"extensible": extensible, "configurations": False, "until": "snap"}
         return snaps(kirchhoff.simulate(scene, tolerance=tolerance, **mesh, **policy))
 
-    fine = np.array([found(1e-8, elements=elements) for elements in (16, 20, 24, 32)])
+    fine = np.array([result(1e-8, elements=elements) for elements in (16, 20, 24, 32)])
     doubts = np.ptp(fine, axis=0)
-    off = abs(found(1e-6) - np.median(fine, axis=0))
+    off = abs(result(1e-6) - np.median(fine, axis=0))
     for error, doubt in zip(off, doubts, strict=True):
         print(f"{index}: {error:.1e}, finer meshes {doubt:.0e} apart{'' if doubt < DOUBT else ' (apart)'}")
     settled = doubts < DOUBT

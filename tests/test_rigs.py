@@ -35,9 +35,9 @@ FOLDS = [
 
 @pytest.mark.parametrize(("given", "expected"), FOLDS)
 def test_folds_of_other_rigs(given, expected):
-    found = [fold.control for fold in kirchhoff.folds(Scene(**given))]
-    assert len(found) == len(expected)
-    for value, check in zip(found, expected, strict=True):
+    result = [fold.control for fold in kirchhoff.folds(Scene(**given))]
+    assert len(result) == len(expected)
+    for value, check in zip(result, expected, strict=True):
         # the check values have nine digits
         assert abs(value - check) < 1e-9 * max(1.0, abs(check))
 

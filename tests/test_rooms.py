@@ -102,15 +102,15 @@ def imports(name):
 
 
 def ours(name):
-    return [found for found in imports(name) if found.split(".")[0] in ("ribbonfem", "der", "compare")]
+    return [result for result in imports(name) if result.split(".")[0] in ("ribbonfem", "der", "compare")]
 
 
 @pytest.mark.parametrize("name", sorted(FILES))
 def test_a_room_imports_from_its_left_alone(name):
     mine = room(name)
     # what is in no list, the faces of the packages, may know all of it
-    for found in ours(name) if mine in ALLOWED else ():
-        assert room(found) in ALLOWED[mine], f"{name} imports {found}: {mine} may not know it"
+    for result in ours(name) if mine in ALLOWED else ():
+        assert room(result) in ALLOWED[mine], f"{name} imports {result}: {mine} may not know it"
 
 
 def test_a_command_imports_no_other_command():
@@ -119,26 +119,26 @@ def test_a_command_imports_no_other_command():
         parts = name.split(".")
         if parts[:2] not in (["compare", "commands"], ["compare", "studies"]) or len(parts) < 3:
             continue
-        for found in ours(name):
-            other = found.split(".")
+        for result in ours(name):
+            other = result.split(".")
             if other[:2] == parts[:2]:
-                assert len(other) < 3 or other[2] in (parts[2], "study"), f"{name} imports {found}"
+                assert len(other) < 3 or other[2] in (parts[2], "study"), f"{name} imports {result}"
 
 
 def test_nothing_imports_the_reproduction():
     for name in FILES:
         if room(name) != "compare.reproduction":
-            for found in ours(name):
-                assert room(found) != "compare.reproduction", f"{name} imports {found}"
+            for result in ours(name):
+                assert room(result) != "compare.reproduction", f"{name} imports {result}"
 
 
 def test_no_model_knows_another_and_rods_share_no_mechanics():
     for name in FILES:
-        for found in ours(name):
+        for result in ours(name):
             if room(name) == "der":
-                assert room(found) in SHARED | {"der"}, f"{name} imports {found}"
+                assert room(result) in SHARED | {"der"}, f"{name} imports {result}"
             elif room(name) in PROBLEM | MATHEMATICS | ELEMENTS:
-                assert not found.startswith(("der", "compare")), f"{name} imports {found}"
+                assert not result.startswith(("der", "compare")), f"{name} imports {result}"
 
 
 def test_compare_reaches_inside_no_model():
@@ -146,18 +146,18 @@ def test_compare_reaches_inside_no_model():
     for name in FILES:
         if not name.startswith("compare"):
             continue
-        for found in ours(name):
-            if room(found) in ELEMENTS | {"der"}:
-                assert found.split(".")[-1] not in inside, f"{name} reaches into {found}"
+        for result in ours(name):
+            if room(result) in ELEMENTS | {"der"}:
+                assert result.split(".")[-1] not in inside, f"{name} reaches into {result}"
 
 
 def test_no_circles():
     edges = defaultdict(set)
     for name in FILES:
-        for found in ours(name):
+        for result in ours(name):
             # a package imports its own modules, and they import each other
-            if found in FILES and not name.startswith(f"{found}.") and found != name:
-                edges[name].add(found)
+            if result in FILES and not name.startswith(f"{result}.") and result != name:
+                edges[name].add(result)
     done, path = set(), []
 
     def visit(name):
@@ -165,8 +165,8 @@ def test_no_circles():
         if name in done:
             return
         path.append(name)
-        for found in edges[name]:
-            visit(found)
+        for result in edges[name]:
+            visit(result)
         path.pop()
         done.add(name)
 

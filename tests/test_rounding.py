@@ -19,7 +19,7 @@ print(states_of_one_stiffness((30,)))
 
 def states_of_one_stiffness(meshes):
     """Stable states by (ratio - 1, dL, dW), and on how many meshes each set of them was found."""
-    found = {}
+    result = {}
     for off in (0.0, 1e-12, -1e-11, 1e-8, 1e-6):
         for compression in (0.05, 0.4, 0.8):
             for shear in (0.0, 1e-4, 1e-2, 0.1):
@@ -29,8 +29,8 @@ def states_of_one_stiffness(meshes):
                 for elements in meshes:
                     names = kirchhoff.stable_states(scene, elements=elements)
                     key = (off, compression, shear, names)
-                    found[key] = found.get(key, 0) + 1
-    return found
+                    result[key] = result.get(key, 0) + 1
+    return result
 
 
 def test_a_rod_of_one_stiffness_on_every_mesh():

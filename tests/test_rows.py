@@ -29,7 +29,7 @@ RUNS = {
 FOLDS = (Fold(0.1139, 0.2, 0.0), Fold(0.5694, 0.1, 0.0))
 
 
-def found(history):
+def result(history):
     """What is derived of a motion."""
     levels = [
         history.crossing(name, level) for name in ("height", "slope") for level in (0.0, 0.05, -0.1, 0.3)
@@ -48,7 +48,7 @@ def test_what_is_found_does_not_depend_on_the_rows_kept(name, until):
     assert whole.crossing() is not None
     for every in (None, 7, 20, 100, 1000):
         some = model.simulate(scene, every=every, until=until, **policy)
-        assert found(some) == found(whole), every
+        assert result(some) == result(whole), every
         if every is None:
             assert len(some) == len(whole) == whole.stats["steps"] + 1
             continue
@@ -99,7 +99,7 @@ def test_rows_that_fill_the_memory_are_thinned(name, most, monkeypatch):
     monkeypatch.setattr(ribbonfem.rows, "LEAST", 10)
     some = model.simulate(scene, **policy)
     assert len(some) < 0.5 * len(whole)
-    assert found(some)[:4] == found(whole)[:4]
+    assert result(some)[:4] == result(whole)[:4]
     assert some.angle[-1] == whole.angle[-1]
     lines = between(some.time, whole.time, some.configurations["positions"])
     off = np.linalg.norm(lines - whole.configurations["positions"], axis=2).max()

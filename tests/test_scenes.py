@@ -54,8 +54,8 @@ def test_a_shipped_file_runs(name, tmp_path, capsys):
     (path,) = write([name], tmp_path)
     value, status = SNAPS[name]
     assert main(["run", str(path), "--out", str(tmp_path / "report"), "--json"]) == status
-    found = json.loads(capsys.readouterr().out)["value"]
-    assert found is None if value is None else abs(found - value) < 1e-3
+    result = json.loads(capsys.readouterr().out)["value"]
+    assert result is None if value is None else abs(result - value) < 1e-3
 
 
 def test_the_band_of_mixed_outcomes_is_called_what_it_is(tmp_path, capsys):

@@ -59,9 +59,9 @@ def test_fields_are_those_of_the_motion(model, scene):
     history = motion(model, scene)
     strip = of_motion(history, 5)
     energy = np.interp(strip.time, history.time, history.energies["elastic"])
-    found = [np.trapezoid(fields(strip, k)["energy_density"], strip.s) for k in range(5)]
+    result = [np.trapezoid(fields(strip, k)["energy_density"], strip.s) for k in range(5)]
     within, at_clamp = SHARE[model]
-    np.testing.assert_allclose(found, energy, rtol=within)
+    np.testing.assert_allclose(result, energy, rtol=within)
     if scene.planar and model is not quasilinear:
         rest = kirchhoff.state(replace(scene, stop=None), elements=24)
         ends = abs(float(np.interp(0.0, rest.points, rest.kappa2)))
@@ -88,8 +88,8 @@ def test_strains_of_a_state_are_its_own(model, turned):
     inside = (state.points > 0.05) & (state.points < 0.95)
     for name in ("kappa1", "kappa2", "tau"):
         own = getattr(state, name)[inside]
-        found = np.interp(state.points[inside], strip.s, getattr(strip, name)[0])
-        np.testing.assert_allclose(found, own, atol=5e-3 * np.abs(state.kappa2).max())
+        result = np.interp(state.points[inside], strip.s, getattr(strip, name)[0])
+        np.testing.assert_allclose(result, own, atol=5e-3 * np.abs(state.kappa2).max())
 
 
 @pytest.mark.parametrize(("model", "rate"), [(m, r) for m in (kirchhoff, der) for r in (0.01, 0.3)])

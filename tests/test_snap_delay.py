@@ -84,11 +84,11 @@ def test_escape_time_against_plain_integration(damping):
 
 def test_undamped_escape_in_closed_form():
     """y'^2 = 2/3 y^3 + gamma y^4 / 2, and the integral of its inverse."""
-    found = delay.escape_time(24.0, 0.0, 1e-3)
-    assert found.speed == pytest.approx(math.sqrt(2 / 3 * 24.0**3 + 0.5e-3 * 24.0**4), rel=1e-9)
+    result = delay.escape_time(24.0, 0.0, 1e-3)
+    assert result.speed == pytest.approx(math.sqrt(2 / 3 * 24.0**3 + 0.5e-3 * 24.0**4), rel=1e-9)
     # 1/y' = sqrt(3/2) (y^(-3/2) - 3/8 gamma y^(-1/2)): the second has the finite part + 3/4 gamma y^(1/2)
     exact = math.sqrt(1.5) * (2.0 / math.sqrt(24.0) + 0.75e-3 * math.sqrt(24.0))
-    assert found.time == pytest.approx(exact, rel=1e-8)
+    assert result.time == pytest.approx(exact, rel=1e-8)
 
 
 def test_coefficients_of_the_models_agree():
@@ -106,12 +106,12 @@ def test_coefficients_of_the_models_agree():
 
 
 def test_coefficients_do_not_show_their_reach(monkeypatch):
-    found = []
+    result = []
     for reach in (4e-3, 2e-3):
         monkeypatch.setattr("ribbonfem.delay.fold._REACH", reach)
-        found.append(elastica.normal_forms(PLANAR, elements=16)[0])
-    assert found[0].cubic == pytest.approx(found[1].cubic, rel=1e-3)
-    assert found[0].mixed == pytest.approx(found[1].mixed, rel=1e-3)
+        result.append(elastica.normal_forms(PLANAR, elements=16)[0])
+    assert result[0].cubic == pytest.approx(result[1].cubic, rel=1e-3)
+    assert result[0].mixed == pytest.approx(result[1].mixed, rel=1e-3)
 
 
 def test_momentum_of_a_turning_clamp():
@@ -143,12 +143,12 @@ def test_escape_starts_where_it_says():
 
 def test_lead_shows_neither_amplitude_nor_mesh():
     """T0 of the planar ribbon: .0863 s whatever the push; of beam, elements and rods the same to 1e-3."""
-    found = []
+    result = []
     for y in (4.0, 30.0):
         form = elastica.normal_forms(PLANAR, elements=16)[0]
         history = elastica.escape(PLANAR, amplitude=y / form.quadratic, elements=16, until="snap")
-        found.append(delay.escape_time(y, 0.0, form.cubic).time - history.crossing()[0])
-    assert found[0] == pytest.approx(found[1], abs=6e-4)
+        result.append(delay.escape_time(y, 0.0, form.cubic).time - history.crossing()[0])
+    assert result[0] == pytest.approx(result[1], abs=6e-4)
     beam, ribbon = delay.lead(elastica, PLANAR, **WIDE)[1], delay.lead(kirchhoff, PLANAR, **WIDE)[1]
     rods = [delay.lead(der, PLANAR, nodes=n)[1].time for n in (76, 151)]
     assert beam.time == pytest.approx(0.0864, abs=3e-4)
@@ -194,11 +194,11 @@ def test_prediction_to_the_next_order(model, scene, quantity, damping, rate, wit
     scene = replace(scene, damping=damping, rate=rate)
     form = model.normal_forms(scene)[0]
     time = measured(model, scene, quantity, form, tolerance=1e-6)
-    found = delay.predict_snap(model, scene, quantity)
-    assert time / found.time == pytest.approx(1.0, abs=within)
-    assert abs(time - found.time) < found.error
-    assert abs(time - found.time) < 0.5 * abs(time - delay.predict(form, rate, damping).time)
-    assert found.angle == rate * found.time
+    result = delay.predict_snap(model, scene, quantity)
+    assert time / result.time == pytest.approx(1.0, abs=within)
+    assert abs(time - result.time) < result.error
+    assert abs(time - result.time) < 0.5 * abs(time - delay.predict(form, rate, damping).time)
+    assert result.angle == rate * result.time
 
 
 # strongly damped, between the values of the other tests
@@ -217,10 +217,10 @@ def test_error_where_damping_is_strong(model, scene, dampings, mesh):
         for rate in (1e-4, 1e-2, 0.1):
             ramp = replace(scene, damping=damping, rate=rate)
             form, lead = delay.lead(model, ramp, **mesh)
-            found = delay.next_order(form, lead, rate, damping)
+            result = delay.next_order(form, lead, rate, damping)
             time = measured(model, ramp, "snap", form, tolerance=1e-7, **mesh)
-            shares.append(found.time_error / abs(time - found.time))
-            assert 0.0 <= found.time <= 1.1 * delay.predict(form, rate, damping).time
+            shares.append(result.time_error / abs(time - result.time))
+            assert 0.0 <= result.time <= 1.1 * delay.predict(form, rate, damping).time
     assert min(shares) > 1.0
     assert np.median(shares) < 5.0
 
@@ -230,10 +230,10 @@ def test_every_damping_is_answered_at_once():
     generator = np.random.default_rng(5)
     for damping in (0.0, 300.0, 800.0, 1e4):
         begun = process_time()
-        found = delay.predict_snap(elastica, replace(PLANAR, compression=0.3, damping=damping))
+        result = delay.predict_snap(elastica, replace(PLANAR, compression=0.3, damping=damping))
         assert process_time() - begun < 5.0
-        assert found.error == found.time_error
-        assert found.angle_error == pytest.approx(0.1 * found.time_error, rel=1e-12)
+        assert result.error == result.time_error
+        assert result.angle_error == pytest.approx(0.1 * result.time_error, rel=1e-12)
     for _ in range(12):
         lag, y = 10 ** generator.uniform(-8.0, 6.0), 10 ** generator.uniform(-6.0, 6.0)
         begun = process_time()
@@ -299,9 +299,9 @@ def test_error_covers_random_scenes():
             continue
         if len(forms) < (2 if start == "U+S+" else 1):
             continue
-        found = delay.predict_snap(model, scene, quantity)
+        result = delay.predict_snap(model, scene, quantity)
         # a slow ramp at 1e-6 is itself as far off as its prediction
         time = measured(model, scene, quantity, forms[0], tolerance=1e-8)
-        shares.append(found.error / abs(time - found.time))
+        shares.append(result.error / abs(time - result.time))
     assert np.mean(np.array(shares) >= 1.0) >= 0.95
     assert 1.0 < np.median(shares) < 5.0

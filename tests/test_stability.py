@@ -71,15 +71,15 @@ def test_a_made_up_motion_is_judged(shift, change, status, note):
     time = np.linspace(0.0, 1.0, 201)
     truth = made_up(0.5 - time)
     case = Hard("made up", truth.scene)
-    found = stability.judge_run(
+    result = stability.judge_run(
         case,
         hard_cases.RODS,
         RODS_DEFAULT,
         made_up(0.5 - time + shift, **change),
         truth,
     )
-    assert found.status == status, found
-    assert note in found.note
+    assert result.status == status, result
+    assert note in result.note
 
 
 def test_growth_under_damping_is_never_called_completed():
@@ -121,10 +121,10 @@ def test_a_finer_mesh_fails_a_beam_and_is_shown_of_a_rod(model, shift, status, m
     truth = made_up(0.5 - time)
     case = Hard("made up", truth.scene)
     judged = stability.judge_run(case, model, stability.DEFAULTS[model], truth, truth)
-    found = stability.with_mesh(case, judged, truth, made_up(0.5 - time + shift))
-    assert found.status == status, found
-    assert found.error == 0.0
-    assert found.mesh is None if mesh is None else np.isclose(found.mesh, mesh)
+    result = stability.with_mesh(case, judged, truth, made_up(0.5 - time + shift))
+    assert result.status == status, result
+    assert result.error == 0.0
+    assert result.mesh is None if mesh is None else np.isclose(result.mesh, mesh)
 
 
 def test_a_refusal_names_what_cannot_be():
@@ -147,9 +147,9 @@ def test_whatever_is_raised_is_a_verdict(monkeypatch):
 
     monkeypatch.setattr(der, "simulate", broken)
     for name in ("free ringing", "planar, EI1/EI2 1"):
-        (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, ("midpoint",))
-        assert found.status == stability.RAISED
-        assert "ZeroDivisionError: oh" in found.note
+        (result,) = stability.judge(BY_NAME[name], hard_cases.RODS, ("midpoint",))
+        assert result.status == stability.RAISED
+        assert "ZeroDivisionError: oh" in result.note
 
 
 def test_a_motion_that_cannot_be_and_completes_is_wrong():
@@ -160,8 +160,8 @@ def test_a_motion_that_cannot_be_and_completes_is_wrong():
 
 def test_a_reference_is_confirmed():
     asked = next(c for c in CONFIRMED if c.method == "verlet")
-    found = stability.confirm(asked)
-    assert found.error < 0.1 * found.allowed, found
+    result = stability.confirm(asked)
+    assert result.error < 0.1 * result.allowed, result
 
 
 def test_cases_have_names_of_their_own_and_durations():
@@ -175,19 +175,19 @@ def test_cases_have_names_of_their_own_and_durations():
 
 @pytest.mark.parametrize("name", QUICK)
 def test_the_default_steps_of_the_rods_give_the_right_result(name):
-    (found,) = stability.judge(BY_NAME[name], hard_cases.RODS, (RODS_DEFAULT,), meshes=False)
-    assert found.status in RIGHT, found
+    (result,) = stability.judge(BY_NAME[name], hard_cases.RODS, (RODS_DEFAULT,), meshes=False)
+    assert result.status in RIGHT, result
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), PHYSICAL)
 def test_default_steps_give_the_right_result_in_every_physical_case(name, model):
-    (found,) = stability.judge(BY_NAME[name], model, (stability.DEFAULTS[model],))
+    (result,) = stability.judge(BY_NAME[name], model, (stability.DEFAULTS[model],))
     if (name, model) in COARSE_DEFAULTS:
-        assert found.status == stability.COARSE, found
-        assert np.isclose(found.mesh, COARSE_DEFAULTS[name, model], rtol=0.1)
+        assert result.status == stability.COARSE, result
+        assert np.isclose(result.mesh, COARSE_DEFAULTS[name, model], rtol=0.1)
     else:
-        assert found.status in RIGHT, found
+        assert result.status in RIGHT, result
 
 
 def test_hard_cases_never_wrong():
@@ -281,11 +281,11 @@ def test_a_curve_that_jumps_is_told_from_one_that_does_not():
         return Branch(rows, rows, rows, rows, rows < 1.0, folds, np.zeros((1, 2, 3)), scene)
 
     def judged(elements, rods, again):
-        found = {
+        result = {
             "kirchhoff": (curve(elements), lambda _: curve(again)),
             "DER": (curve(rods), lambda _: curve(rods)),
         }
-        return hard_statics._judge_jumps(found)
+        return hard_statics._judge_jumps(result)
 
     assert judged(2, 2, 5) == {}
     assert list(judged(3, 2, 2)) == ["kirchhoff"]

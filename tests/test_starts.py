@@ -22,18 +22,18 @@ def scenes(count):
 def test_starts_are_those_of_the_full_search():
     met = 0
     for scene, policy in scenes(60):
-        found = states.families(states.in_shear(scene, **policy), abs(scene.shear)).get("US")
-        if found is None or found[1]:
+        result = states.families(states.in_shear(scene, **policy), abs(scene.shear)).get("US")
+        if result is None or result[1]:
             with pytest.raises(SceneError, match="not a stable equilibrium"):
                 states.named(scene, **policy)
             continue
         problem, state = states.named(scene, **policy)
         met += 1
-        force = found[0].force * [1.0, np.sign(scene.shear), 1.0]
+        force = result[0].force * [1.0, np.sign(scene.shear), 1.0]
         # the mirror image in z turns the force round with it
         assert np.abs(state.force[:2] - force[:2]).max() < 1e-8, scene
         assert abs(abs(state.force[2]) - abs(force[2])) < 1e-8, scene
-        assert problem.energy(state) == pytest.approx(problem.energy(found[0]), rel=1e-11), scene
+        assert problem.energy(state) == pytest.approx(problem.energy(result[0]), rel=1e-11), scene
         given = kirchhoff.state(scene, **policy)
         assert (given.name, given.index) == (scene.start, 0)
     assert met >= 20

@@ -32,7 +32,7 @@ def test_turns_go_round_by_round():
 def test_a_settled_error_is_the_largest_of_all_that_are_as_fine():
     # mesh, step, error, seconds: the coarse mesh cancels its error by chance at one step
     runs = [(8, 0.1, 1e-2, 1.0), (8, 0.05, 1e-6, 2.0), (8, 0.01, 3e-3, 3.0), (16, 0.05, 1e-4, 4.0)]
-    found = dict(
+    result = dict(
         settled(
             runs,
             error=lambda run: run[2],
@@ -40,10 +40,10 @@ def test_a_settled_error_is_the_largest_of_all_that_are_as_fine():
             size=lambda run: (1.0 / run[0], run[1]),
         )
     )
-    assert [found[run] for run in runs] == [1e-2, 3e-3, 3e-3, 1e-4]
-    assert cheapest(found.items(), lambda run: run[3], 5e-3) == runs[1]
-    assert cheapest(found.items(), lambda run: run[3], 5e-4) == runs[3]
-    assert cheapest(found.items(), lambda run: run[3], 1e-9) is None
+    assert [result[run] for run in runs] == [1e-2, 3e-3, 3e-3, 1e-4]
+    assert cheapest(result.items(), lambda run: run[3], 5e-3) == runs[1]
+    assert cheapest(result.items(), lambda run: run[3], 5e-4) == runs[3]
+    assert cheapest(result.items(), lambda run: run[3], 1e-9) is None
     # of another kind it has no say
     apart = dict(settled(runs, lambda run: run[2], lambda run: run[1], lambda run: (1.0 / run[0],)))
     assert [apart[run] for run in runs] == [1e-2, 1e-4, 3e-3, 1e-4]

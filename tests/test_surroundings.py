@@ -434,18 +434,18 @@ def test_a_worker_has_one_thread_in_every_library(asked):
 
 
 def test_sweeps_in_threads_leave_the_main_module():
-    main, found = sys.modules["__main__"], []
+    main, result = sys.modules["__main__"], []
 
     def work():
         with Sweep(processes=2) as sweep:
-            found.append(sweep("roots", math.sqrt, range(6)))
+            result.append(sweep("roots", math.sqrt, range(6)))
 
     threads = [threading.Thread(target=work) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert found == [[math.sqrt(k) for k in range(6)]] * 4
+    assert result == [[math.sqrt(k) for k in range(6)]] * 4
     assert sys.modules["__main__"] is main
 
 
@@ -494,15 +494,15 @@ if __name__ == "__main__":
 
 
 def of_tag(tag):
-    found = []
+    result = []
     for place in Path("/proc").glob("[0-9]*"):
         try:
             state = (place / "stat").read_text().rpartition(")")[2].split()[0]
             if tag in (place / "environ").read_bytes() and state != "Z":
-                found.append(int(place.name))
+                result.append(int(place.name))
         except OSError:
             continue
-    return found
+    return result
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -49,14 +49,14 @@ def content(folder):
 
 
 def children(pid):
-    found = []
+    result = []
     for path in Path("/proc").glob("[0-9]*"):
         try:
             if int((path / "stat").read_text().rpartition(")")[2].split()[1]) == pid:
-                found.append(int(path.name))
+                result.append(int(path.name))
         except OSError:
             continue
-    return found
+    return result
 
 
 def alive(pid):
@@ -116,10 +116,10 @@ def test_results_come_in_the_order_of_the_items():
 def test_failures_are_recorded_or_end_the_sweep(tmp_path):
     for processes in (1, 2):
         with Sweep(folder=tmp_path / str(processes), processes=processes) as sweep:
-            found = sweep("roots", math.sqrt, [4.0, -1.0], failures=(ValueError,))
-            assert found[0] == 2.0
-            assert isinstance(found[1], Failure)
-            assert "domain" in found[1].reason or "nonnegative" in found[1].reason
+            result = sweep("roots", math.sqrt, [4.0, -1.0], failures=(ValueError,))
+            assert result[0] == 2.0
+            assert isinstance(result[1], Failure)
+            assert "domain" in result[1].reason or "nonnegative" in result[1].reason
             with pytest.raises(ValueError, match=r"domain|nonnegative"):
                 sweep("roots", math.sqrt, [-2.0, -3.0])
 

@@ -363,7 +363,7 @@ def test_results_carry_every_option_that_there_is(model, function):
     planar = Scene(compression=0.40, shear=0.0, start="U+", rate=10.0, stop=0.1)
     mesh = {"nodes": 21} if model is der else {"elements": 4}
     call = getattr(model, function)
-    found = call(planar, **mesh, **({"until": "snap"} if function == "escape" else {}))
+    result = call(planar, **mesh, **({"until": "snap"} if function == "escape" else {}))
     names = [name for name in inspect.signature(call).parameters if name not in ("scene", "initial", "steps")]
-    assert list(found.policy) == names
-    assert found.policy.items() >= mesh.items()
+    assert list(result.policy) == names
+    assert result.policy.items() >= mesh.items()

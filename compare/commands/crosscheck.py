@@ -197,8 +197,8 @@ def _snap_rows() -> list[list[Any]]:
     warm_up("der", "kirchhoff")
     for label, model, policy in runs:
         history = model.simulate(SNAP, configurations=False, until="snap", **policy)
-        found = history.crossing()
-        angle = float("nan") if found is None else found[1]
+        result = history.crossing()
+        angle = float("nan") if result is None else result[1]
         rows.append([label, angle, float(history.stats["seconds"])])
         if model is der:
             rods.append(angle)
@@ -207,12 +207,12 @@ def _snap_rows() -> list[list[Any]]:
     return [[label, angle, angle - limit, seconds] for label, angle, seconds in rows]
 
 
-def _diagram(found: Crosscheck) -> Any:
+def _diagram(result: Crosscheck) -> Any:
     """The paper's Fig. 3: heights against angles, raw and rescaled."""
     fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
-    for k, (compression, beam) in enumerate(found.beams.items()):
-        colour = colormaps["viridis"](0.85 * k / max(1, len(found.beams) - 1))
-        rod = found.dots[compression]
+    for k, (compression, beam) in enumerate(result.beams.items()):
+        colour = colormaps["viridis"](0.85 * k / max(1, len(result.beams) - 1))
+        rod = result.dots[compression]
         label = f"$\\Delta L/L$ = {compression:.2f}"
         for axes, scale in ((raw, 1.0), (scaled, compression**-0.5)):
             for sign in (1.0, -1.0):
@@ -221,7 +221,7 @@ def _diagram(found: Crosscheck) -> Any:
                 for angle, height in beam.folds[:1]:
                     axes.plot(sign * scale * angle, sign * scale * height, "k.", ms=7, zorder=5)
             axes.plot(scale * rod.angle, scale * rod.height, "o", ms=3, mfc="none", color=colour)
-    exact = found.exact
+    exact = result.exact
     for sign in (1.0, -1.0):
         label = "closed form" if sign > 0 else ""
         draw_curve(scaled, sign * exact.angle, sign * exact.height, exact.stable, "black", label, width=1.0)
@@ -294,11 +294,11 @@ def main(
     )
 
 
-def words(found: Crosscheck) -> list[str]:
+def words(result: Crosscheck) -> list[str]:
     """What was asked, found, and how sure it is."""
-    sigma, mu, height = found.closed
-    apart = abs(found.snaps[-1][2])
-    sigma64 = next(row[1] for row in found.mesh if row[0] == "64")
+    sigma, mu, height = result.closed
+    apart = abs(result.snaps[-1][2])
+    sigma64 = next(row[1] for row in result.mesh if row[0] == "64")
     return [
         f"The quasi-linear fold in closed form: sigma = {sigma:.6f}, mu = {mu:.6f}, "
         f"Z = {height:.6f}. Beam finite elements with 64 elements: sigma = {sigma64:.6f} "
@@ -316,59 +316,59 @@ def words(found: Crosscheck) -> list[str]:
     ]
 
 
-def tables(found: Crosscheck) -> list[Table]:
+def tables(result: Crosscheck) -> list[Table]:
     """Planar folds, the beam's mesh convergence, rods against elements."""
     return [
-        _fold_table(found.folds),
+        _fold_table(result.folds),
         Table(
             "Beam FEM: the fold under mesh refinement, relative errors against the closed form",
             ["elements", "sigma", "d sigma", "d mu", "d Z", "order of sigma", "s"],
-            found.mesh,
+            result.mesh,
             ["s", ".9f", "+.2e", "+.2e", "+.2e", ".2f", ".3f"],
         ),
         Table(
-            f"Discrete rods with {found.nodes} and {2 * found.nodes - 1} nodes against finite elements that "
-            "share no mechanics with them (both with EA)",
-            ["fold", "elements", f"N = {found.nodes}", f"N = {2 * found.nodes - 1}", "limit"]
-            + [f"rel. error, {found.nodes}", "order", "limit - elements"],
-            found.rods,
+            f"Discrete rods with {result.nodes} and {2 * result.nodes - 1} nodes against finite elements "
+            "that share no mechanics with them (both with EA)",
+            ["fold", "elements", f"N = {result.nodes}", f"N = {2 * result.nodes - 1}", "limit"]
+            + [f"rel. error, {result.nodes}", "order", "limit - elements"],
+            result.rods,
             ["s", ".8f", ".8f", ".8f", ".8f", "+.2e", ".2f", "+.1e"],
             "limit: Richardson extrapolation in the square of the edge length l = L/(N - 2).",
         ),
         Table(
             "A ribbon in motion: (dL, dW)/L = (0.40, 0.37) from U+S-, 0.1 rad/s, nu = 1, angle of its snap",
             ["model", "alpha (rad)", "minus the rods' limit", "s"],
-            found.snaps,
+            result.snaps,
             ["s", ".7f", "+.1e", ".3f"],
             "Rods and finite elements share no mechanics; both with EA, tolerance 1e-5 L.",
         ),
     ]
 
 
-def drawings(found: Crosscheck) -> Iterator[Drawing]:
+def drawings(result: Crosscheck) -> Iterator[Drawing]:
     """The paper's Fig. 3."""
     yield Drawing(
         "crosscheck-diagram.png",
         "Height at midspan against the clamp angle, raw and rescaled (paper, Fig. 3). Lines: "
         "elastica FEM, stable solid, unstable dashed; circles: DER, 51 nodes; dots: folds; black: "
         "closed form of the quasi-linear beam, its fold a square.",
-        _diagram(found),
+        _diagram(result),
     )
 
 
-def values(found: Crosscheck) -> dict[str, Any]:
+def values(result: Crosscheck) -> dict[str, Any]:
     """The numbers for programs."""
-    sigma, mu, height = found.closed
+    sigma, mu, height = result.closed
     return {
         "closed_form": {"sigma": sigma, "mu": mu, "height": height},
-        "folds": list(found.folds),
+        "folds": list(result.folds),
         "mesh": _named(
-            ("elements", "sigma", "sigma_error", "mu_error", "height_error", "order", "seconds"), found.mesh
+            ("elements", "sigma", "sigma_error", "mu_error", "height_error", "order", "seconds"), result.mesh
         ),
         "rods": _named(
-            ("fold", "reference", "coarse", "fine", "limit", "error", "order", "limit_error"), found.rods
+            ("fold", "reference", "coarse", "fine", "limit", "error", "order", "limit_error"), result.rods
         ),
-        "snaps": _named(("model", "angle", "difference", "seconds"), found.snaps),
+        "snaps": _named(("model", "angle", "difference", "seconds"), result.snaps),
     }
 
 

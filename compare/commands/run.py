@@ -50,16 +50,16 @@ class Asked:
     frames: int = 150
 
 
-def _draw(found: Asked) -> Any:
+def _draw(result: Asked) -> Any:
     """z(1/2) of the finest run against the angle, with the answer."""
-    history, value = found.answer.history, found.answer.value
+    history, value = result.answer.history, result.answer.value
     fig, axes = figure(1, width=5.0)
     if history is not None:
         axes.plot(history.angle, history.height)
     if value is not None:
         axes.axvline(value, color="0.5", lw=0.8)
         axes.axhline(0.0, color="0.8", lw=0.8)
-    scene = found.choice.scene
+    scene = result.choice.scene
     axes.set_title(f"dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.start}", fontsize=9)
     axes.set(xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$")
     return fig
@@ -68,9 +68,9 @@ def _draw(found: Asked) -> Any:
 def _words(choice: Choice, answer: Answer) -> str:
     what = choice.quantity
     if answer.sensitive:
-        found = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
+        result = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
         return (
-            f"SENSITIVE: refinement does not settle the {what}; the last run gave {found}, and runs differ "
+            f"SENSITIVE: refinement does not settle the {what}; the last run gave {result}, and runs differ "
             f"by some {answer.error:.1e} rad. No single run decides it."
         )
     if answer.value is None:
@@ -165,17 +165,17 @@ def curves_of(history: History) -> Curve | None:
     return Curve.joined((curve, curve.mirrored()))
 
 
-def words(found: Asked) -> list[str]:
+def words(result: Asked) -> list[str]:
     """The answer, and why it was had so."""
-    return [_words(found.choice, found.answer), f"Chosen: {found.choice.model}. {found.choice.reason}."]
+    return [_words(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
 
 
-def tables(found: Asked) -> Iterator[Table]:
+def tables(result: Asked) -> Iterator[Table]:
     """The runs that the answer took."""
     rows: list[list[Any]] = [
         [run.model, ", ".join(f"{name} {value}" for name, value in run.policy.items() if name != "until")]
         + [run.value, run.seconds]
-        for run in found.answer.runs
+        for run in result.answer.runs
     ]
     if rows:
         yield Table(
@@ -183,50 +183,50 @@ def tables(found: Asked) -> Iterator[Table]:
             ["model", "policy", "angle (rad)", "CPU s"],
             rows,
             ["s", "s", ".7f", ".3f"],
-            f"{found.answer.seconds:.3f} s in all.",
+            f"{result.answer.seconds:.3f} s in all.",
         )
 
 
-def drawings(found: Asked) -> Iterator[Drawing]:
+def drawings(result: Asked) -> Iterator[Drawing]:
     """The motion, where there was one."""
-    if found.answer.history is not None:
+    if result.answer.history is not None:
         caption = "Height at midspan against the clamp angle, of the finest run."
-        yield Drawing("run-motion.png", caption, _draw(found))
+        yield Drawing("run-motion.png", caption, _draw(result))
 
 
-def films(found: Asked) -> Iterator[Picture]:
+def films(result: Asked) -> Iterator[Picture]:
     """The motion to turn by hand, and its film, where it was asked for."""
-    if found.choice.motion and found.answer.history is not None:
+    if result.choice.motion and result.answer.history is not None:
         until = (
             "to rest"
-            if found.choice.scene.hold == 0.0 < found.answer.history.scene.hold
+            if result.choice.scene.hold == 0.0 < result.answer.history.scene.hold
             else "up to its snap"
         )
         yield Picture("run-view.html", f"The motion {until}, to be turned and run through by hand.")
         yield Picture("run-film.gif", f"The ribbon in motion, {until}; its frames for ParaView: run-vtu.")
 
 
-def export(found: Asked, folder: Path, progress: Progress) -> None:
+def export(result: Asked, folder: Path, progress: Progress) -> None:
     """The interactive view, the film, and VTU frames with a PVD."""
-    history = found.answer.history
-    if found.choice.motion and history is not None:
-        view(history, folder / "run-view.html", found.curve)
-        count = found.frames
+    history = result.answer.history
+    if result.choice.motion and history is not None:
+        view(history, folder / "run-view.html", result.curve)
+        count = result.frames
         film(
             history,
             folder / "run-film.gif",
-            curve=found.curve,
+            curve=result.curve,
             frames=count,
             progress=partial(progress, "film"),
         )
         vtu.frames(history, folder / "run-vtu", count=count, progress=partial(progress, "frames"))
 
 
-def values(found: Asked) -> dict[str, Any]:
+def values(result: Asked) -> dict[str, Any]:
     """The numbers for programs."""
-    choice, answer = found.choice, found.answer
+    choice, answer = result.choice, result.answer
     numbers: dict[str, Any] = {
-        "scene": found.file,
+        "scene": result.file,
         "quantity": choice.quantity,
         "tolerance": choice.tolerance,
         "model": choice.model,
@@ -244,9 +244,9 @@ def values(found: Asked) -> dict[str, Any]:
     return numbers
 
 
-def status(found: Asked) -> int:
+def status(result: Asked) -> int:
     """0 where the tolerance was met, 3 where not, 4 where refinement does not settle the value."""
-    return SENSITIVE if found.answer.sensitive else 0 if found.answer.met else NOT_MET
+    return SENSITIVE if result.answer.sensitive else 0 if result.answer.met else NOT_MET
 
 
 COMMAND = Command(

@@ -34,38 +34,38 @@ def main(
     return threshold(read_scene(scene), outcome, vary, between, tolerance, model=model, sweep=sweep)
 
 
-def words(found: Threshold) -> list[str]:
+def words(result: Threshold) -> list[str]:
     """Each change in a sentence."""
     text = []
-    for change in found.changes:
+    for change in result.changes:
         if change.high > change.low:
-            where = f"between {found.vary} = {change.low:.4g} and {change.high:.4g} both outcomes come"
+            where = f"between {result.vary} = {change.low:.4g} and {change.high:.4g} both outcomes come"
         else:
-            where = f"at {found.vary} = {change.value:.5g} +- {change.doubt:.1g}"
+            where = f"at {result.vary} = {change.value:.5g} +- {change.doubt:.1g}"
         text.append(f"{where}: {change.below} below, {change.above} above.")
-    return [*text, f"{found.runs} runs of {found.model}, in the limit of its mesh."]
+    return [*text, f"{result.runs} runs of {result.model}, in the limit of its mesh."]
 
 
-def tables(found: Threshold) -> Iterator[Table]:
+def tables(result: Threshold) -> Iterator[Table]:
     """Each change on each mesh."""
-    meshes = sorted({mesh for change in found.changes for mesh in change.meshes})
+    meshes = sorted({mesh for change in result.changes for mesh in change.meshes})
     yield Table(
-        f"Changes of the outcome with {found.vary}",
+        f"Changes of the outcome with {result.vary}",
         ["below", "above", *(f"mesh {mesh}" for mesh in meshes), "limit", "±"],
         [
             [c.below, c.above, *(c.meshes.get(mesh) for mesh in meshes), c.value, c.doubt]
-            for c in found.changes
+            for c in result.changes
         ],
         ["s", "s", *[".5g"] * (len(meshes) + 1), ".1g"],
     )
 
 
-def values(found: Threshold) -> dict[str, Any]:
+def values(result: Threshold) -> dict[str, Any]:
     """The numbers for programs."""
     names = ("value", "doubt", "low", "high", "below", "above", "runs", "outcome", "vary", "model")
-    return {name: getattr(found, name) for name in names} | {
-        "between": list(found.between),
-        "changes": [asdict(change) for change in found.changes],
+    return {name: getattr(result, name) for name in names} | {
+        "between": list(result.between),
+        "changes": [asdict(change) for change in result.changes],
     }
 
 

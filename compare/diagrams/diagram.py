@@ -84,7 +84,7 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
         for k, value in work:
             along, fixed = what[k]
             tasks.append((base, ((value, fixed),) if along == "rate" else ((fixed, value),)))
-        return [found[0].outcome for found in sweep("boundaries", samples_of, tasks, cost=cost_of)]
+        return [result[0].outcome for result in sweep("boundaries", samples_of, tasks, cost=cost_of)]
 
     search(lines, run)
     mesh = mesh_of(base.model, base.policy)[MESH[base.model]]

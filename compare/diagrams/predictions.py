@@ -56,12 +56,12 @@ def _type_2(late: Late, window: float, rates: Array, dampings: Array) -> Array:
     rate = np.geomspace(rates[0], rates[-1], _SCAN)
     # the angle by which a ramp is late grows with its rate: as a power of it between two of these
     beyond = np.log(rate * late(rate, damping[:, None]) / window)
-    found = [
+    result = [
         (math.exp(np.interp(0.0, row, np.log(rate))), float(nu))
         for row, nu in zip(beyond, damping, strict=True)
         if row[0] < 0.0 < row[-1]
     ]
-    return np.array(found).reshape(-1, 2)
+    return np.array(result).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
@@ -137,14 +137,14 @@ def _type_1(ribbon: Swing, rates: Array, dampings: Array) -> Array:
     """The largest damping at which the first swing still reaches the pass, by rate; rows within the axes."""
     scan = np.geomspace(dampings[-1], dampings[0], _SCAN)
     rate = np.geomspace(rates[0], rates[-1], _CURVE)
-    found = []
+    result = []
     for at, spare in zip(rate, ribbon.spare(rate[:, None], scan), strict=True):
         ends = np.flatnonzero((spare[:-1] <= 0.0) & (spare[1:] > 0.0) & (spare[1:] < np.inf))
         if len(ends):
             k = ends[0]
             share = spare[k] / (spare[k] - spare[k + 1])
-            found.append((float(at), float(scan[k] * (scan[k + 1] / scan[k]) ** share)))
-    return np.array(found).reshape(-1, 2)
+            result.append((float(at), float(scan[k] * (scan[k + 1] / scan[k]) ** share)))
+    return np.array(result).reshape(-1, 2)
 
 
 class Curves(dict[str, Array]):

@@ -71,25 +71,25 @@ def compute(
         "kirchhoff": {"extensible": True},
     }
     asked: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
-    found = [call(model=name, **asked, **policies[name]) for call in calls for name in models]
+    result = [call(model=name, **asked, **policies[name]) for call in calls for name in models]
     published, same = [], []
     for call in calls if paper else ():
         more = {"model": "der", "ribbon": PAPER_RIBBON, "sweep": sweep, "boundaries": False, **PAPER_MESH}
         published.append(call(samples=1, **more, **PAPER_STEP))
         same.append(call(samples=samples, **more))
-    return Diagrams(tuple(found), tuple(published), tuple(same))
+    return Diagrams(tuple(result), tuple(published), tuple(same))
 
 
-def words(found: Diagrams) -> list[str]:
+def words(result: Diagrams) -> list[str]:
     """What is sure, what is not, and what of the published diagram is numerical damping."""
-    cells = sum(d.outcome.size for d in found.diagrams)
-    mixed = sum(int(np.count_nonzero(d.undetermined)) for d in found.diagrams)
-    cut = sum(int(np.count_nonzero(d.outcome == "cut")) for d in found.diagrams)
-    runs = sum(int(d.runs.sum()) for d in found.diagrams)
-    failed = sum(len(d.failed) for d in found.diagrams)
+    cells = sum(d.outcome.size for d in result.diagrams)
+    mixed = sum(int(np.count_nonzero(d.undetermined)) for d in result.diagrams)
+    cut = sum(int(np.count_nonzero(d.outcome == "cut")) for d in result.diagrams)
+    runs = sum(int(d.runs.sum()) for d in result.diagrams)
+    failed = sum(len(d.failed) for d in result.diagrams)
     sure = cells - mixed - cut
     text = [
-        f"{len(found.diagrams)} diagram(s), {cells} cells, {runs} runs ({failed} failed): in {sure} cells "
+        f"{len(result.diagrams)} diagram(s), {cells} cells, {runs} runs ({failed} failed): in {sure} cells "
         f"all runs agree, {cut} are cut by one line, and {mixed} are mixed: there single outcomes do not "
         "converge under refinement, and only the share of runs that do one thing or the other has a limit.",
         "Why: just after its first snap a lightly damped ribbon carries more energy than the pass to U-, and "
@@ -99,16 +99,16 @@ def words(found: Diagrams) -> list[str]:
     ]
     text += [
         f"{show.label(diagram)}: no line of {name} ({why})."
-        for diagram in found.diagrams
+        for diagram in result.diagrams
         for name, why in diagram.unpredicted.items()
     ]
-    for one, two in found.pairs():
+    for one, two in result.pairs():
         apart = both({"one": one, "two": two})
         text.append(
             f"{show.label(one)} and {two.model}: the intervals of the shares are disjoint in "
             f"{int(apart.sum())} of {apart.size} cells."
         )
-    for published, same in zip(found.paper, found.same, strict=True):
+    for published, same in zip(result.paper, result.same, strict=True):
         off = show.doubtful(published, same)
         most, some = int(np.nansum(off > 0.5)), int(np.nansum(off > 0.0))
         text.append(
@@ -119,48 +119,48 @@ def words(found: Diagrams) -> list[str]:
     return text
 
 
-def tables(found: Diagrams, named: Mapping[float, Sequence[show.Named]]) -> list[Table]:
+def tables(result: Diagrams, named: Mapping[float, Sequence[show.Named]]) -> list[Table]:
     """Cells, the paper's runs, mixed cells."""
     made = [
-        show.summary(found.diagrams),
-        show.named_table(found.diagrams, named),
-        show.mixed_table(found.diagrams),
+        show.summary(result.diagrams),
+        show.named_table(result.diagrams, named),
+        show.mixed_table(result.diagrams),
     ]
     return [table for table in made if table.rows]
 
 
-def drawings(found: Diagrams, named: Mapping[float, Sequence[show.Named]], name: str) -> Iterator[Drawing]:
+def drawings(result: Diagrams, named: Mapping[float, Sequence[show.Named]], name: str) -> Iterator[Drawing]:
     """All diagrams, and what of the published ones is numerical damping."""
     yield Drawing(
         f"{name}-diagrams.png",
         "Shares of outcomes over cells of rate and damping, as a mixture of their colours; dots: where the "
         "outcome changes, solved for to 1 %; thick: bands in which both outcomes come; open circles: mixed "
         "cells.",
-        show.draw(found.diagrams, named),
+        show.draw(result.diagrams, named),
     )
-    if found.paper:
+    if result.paper:
         yield Drawing(
             f"{name}-paper.png",
             "The paper's setting (two-node clamp, 101 nodes, implicit Euler at 1 ms, a run a cell), the same "
             "mesh with TR-BDF2 and shares, and the share of runs that end otherwise than the paper's.",
-            show.draw_differences(found.paper, found.same),
+            show.draw_differences(result.paper, result.same),
         )
 
 
-def values(found: Diagrams) -> dict[str, Any]:
+def values(result: Diagrams) -> dict[str, Any]:
     """The fields of the diagram at the top level, or `diagrams`, a list, where there are several."""
-    every = [show.numbers(diagram) for diagram in found.diagrams]
+    every = [show.numbers(diagram) for diagram in result.diagrams]
     numbers: dict[str, Any] = every[0] if len(every) == 1 else {"diagrams": every}
-    if found.paper:
-        numbers["paper"] = [show.numbers(diagram) for diagram in found.paper]
-        numbers["same_mesh"] = [show.numbers(diagram) for diagram in found.same]
+    if result.paper:
+        numbers["paper"] = [show.numbers(diagram) for diagram in result.paper]
+        numbers["same_mesh"] = [show.numbers(diagram) for diagram in result.same]
         numbers["ends_otherwise"] = [
             np.nan_to_num(show.doubtful(*pair), nan=-1.0).tolist()
-            for pair in zip(found.paper, found.same, strict=True)
+            for pair in zip(result.paper, result.same, strict=True)
         ]
     return numbers
 
 
-def files(found: Diagrams, name: str) -> dict[str, str]:
+def files(result: Diagrams, name: str) -> dict[str, str]:
     """A tidy table of each diagram."""
-    return {f"{name}-{k}.csv": diagram.to_csv() for k, diagram in enumerate(found.diagrams, 1)}
+    return {f"{name}-{k}.csv": diagram.to_csv() for k, diagram in enumerate(result.diagrams, 1)}

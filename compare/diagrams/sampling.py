@@ -76,7 +76,7 @@ def unsure(cells: Sequence[Sequence[Sequence[Sample]]], first: bool) -> list[tup
     """
     rows, columns = len(cells), len(cells[0])
     names = [[majority(cell) for cell in row] for row in cells]
-    found = []
+    result = []
     for j in range(rows):
         for i in range(columns):
             near = [
@@ -86,8 +86,8 @@ def unsure(cells: Sequence[Sequence[Sequence[Sample]]], first: bool) -> list[tup
             ]
             apart = first and any(name and names[j][i] and name != names[j][i] for name in near)
             if apart or not agree(cells[j][i]):
-                found.append((j, i))
-    return found
+                result.append((j, i))
+    return result
 
 
 def half_interval(count: int, total: int) -> float:
@@ -101,8 +101,8 @@ def half_interval(count: int, total: int) -> float:
 def _separable(one: Array, two: Array) -> bool:
     """Whether a line separates two sets of points (k, 2)."""
     rows = np.vstack((np.column_stack((one, np.ones(len(one)))), -np.column_stack((two, np.ones(len(two))))))
-    found = linprog(np.zeros(3), A_ub=-rows, b_ub=-np.ones(len(rows)), bounds=[(None, None)] * 3)
-    return bool(found.status == 0)
+    result = linprog(np.zeros(3), A_ub=-rows, b_ub=-np.ones(len(rows)), bounds=[(None, None)] * 3)
+    return bool(result.status == 0)
 
 
 def name_of_cell(samples: Sequence[Sample], complete: bool) -> str:

@@ -162,8 +162,8 @@ def run_of(base: Setup, rate: float, damping: float) -> Sample:
         snaps, outcome = tuple(map(history.crossing, ("slope", "height"))), _shape(history, base.stable)
         reason = "the shape it comes to rest in"
     else:
-        found = classify(history, base.folds)
-        snaps, outcome, reason = (found.first, found.second), found.kind, found.reason
+        result = classify(history, base.folds)
+        snaps, outcome, reason = (result.first, result.second), result.kind, result.reason
     first, second = (None if snap is None else snap[1] for snap in snaps)
     return Sample(rate, damping, outcome, first, second, reason)
 

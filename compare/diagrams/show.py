@@ -285,13 +285,13 @@ def draw_differences(paper: Sequence[Diagram], ours: Sequence[Diagram]) -> Any:
 def doubtful(paper: Diagram, ours: Diagram) -> Any:
     """(m, n) the share of our runs in a cell that end otherwise than the paper's run at its centre."""
     index = {name: k for k, name in enumerate(ours.outcomes)}
-    found = np.full(ours.shares.shape[:2], np.nan)
+    result = np.full(ours.shares.shape[:2], np.nan)
     for j in range(len(ours.dampings)):
         for i in range(len(ours.rates)):
             name = str(paper.outcome[j, i])
             if name in index:
-                found[j, i] = 1.0 - float(ours.shares[j, i, index[name]])
-    return found
+                result[j, i] = 1.0 - float(ours.shares[j, i, index[name]])
+    return result
 
 
 @drawn()
@@ -337,8 +337,8 @@ def frame(diagram: Diagram) -> Any:
     columns["outcome"] = np.tile(np.array(diagram.outcomes), shape[0] * shape[1])
     columns["share"] = np.array(diagram.shares).ravel()
     order = ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
-    found = library("pandas", "to_pandas").DataFrame({name: columns[name] for name in order})
-    found.attrs.update(
+    result = library("pandas", "to_pandas").DataFrame({name: columns[name] for name in order})
+    result.attrs.update(
         units={"rate": "rad/s", "damping": "1/s"},
         kind=diagram.kind,
         folds=[float(angle) for angle in diagram.folds],
@@ -347,7 +347,7 @@ def frame(diagram: Diagram) -> Any:
         policy=repr(dict(diagram.policy)),
         seed=diagram.seed,
     )
-    return found
+    return result
 
 
 def html(diagram: Diagram) -> str:

@@ -75,16 +75,16 @@ def main(
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """z(1/2) over time, and the energy beside the barrier."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
-    for motion, damping, last in zip(found.motions, found.dampings, found.last, strict=True):
+    for motion, damping, last in zip(result.motions, result.dampings, result.last, strict=True):
         left.plot(motion.time, motion.height, label=f"{damping:g}/s: {last}", lw=1.0)
         right.plot(motion.time, motion.energies["kinetic"] + motion.energies["elastic"], lw=1.0)
     left.axhline(0.0, color="0.6", lw=0.9)
     left.set(xlabel="time (s)", ylabel="$z(1/2)/L$")
     left.legend(frameon=False, title="damping")
-    right.axhline(found.barrier, color="0.3", lw=0.9, ls="--", label="saddle to U-")
+    right.axhline(result.barrier, color="0.3", lw=0.9, ls="--", label="saddle to U-")
     right.set(xlabel="time (s)", ylabel="energy ($EI_2/L$)")
     right.legend(frameon=False)
     return figure

@@ -72,17 +72,17 @@ def main(
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """Delay over rate, and measured over predicted."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
-    left.loglog(found.rates, found.leading, "--", color="0.6", label="predicted, leading order")
-    left.loglog(found.rates, found.next_order, "-", color="C0", label="predicted, next order")
-    left.loglog(found.rates, found.measured, "o", color="C1", label="measured")
+    left.loglog(result.rates, result.leading, "--", color="0.6", label="predicted, leading order")
+    left.loglog(result.rates, result.next_order, "-", color="C0", label="predicted, next order")
+    left.loglog(result.rates, result.measured, "o", color="C1", label="measured")
     left.set(xlabel="rate (rad/s)", ylabel="delay of the angle (rad)")
     left.legend(frameon=False)
     right.axhline(1.0, color="0.6", lw=1.0)
-    for values, style in ((found.leading, "s--"), (found.next_order, "o-")):
-        ratios = [m / p for m, p in zip(found.measured, values, strict=True)]
-        right.semilogx(found.rates, ratios, style, color="0.6" if values is found.leading else "C0")
+    for values, style in ((result.leading, "s--"), (result.next_order, "o-")):
+        ratios = [m / p for m, p in zip(result.measured, values, strict=True)]
+        right.semilogx(result.rates, ratios, style, color="0.6" if values is result.leading else "C0")
     right.set(xlabel="rate (rad/s)", ylabel="measured / predicted")
     return figure

@@ -77,17 +77,17 @@ def main(
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """Errors over the mesh; and how far large slopes move the fold."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
-    left.loglog(found.elements, found.errors, "o-", label=f"cubic elements, order {found.order:.2f}")
-    first = np.array(found.elements) / found.elements[0]
-    left.loglog(found.elements, found.errors[0] * first**-4.0, "--", color="0.6", label="order 4")
-    left.set(xlabel="elements", ylabel=r"error of $\alpha_c$ (rad)", title=f"dL/L = {found.compression:g}")
-    left.set_xticks(found.elements, [str(count) for count in found.elements])
+    left.loglog(result.elements, result.errors, "o-", label=f"cubic elements, order {result.order:.2f}")
+    first = np.array(result.elements) / result.elements[0]
+    left.loglog(result.elements, result.errors[0] * first**-4.0, "--", color="0.6", label="order 4")
+    left.set(xlabel="elements", ylabel=r"error of $\alpha_c$ (rad)", title=f"dL/L = {result.compression:g}")
+    left.set_xticks(result.elements, [str(count) for count in result.elements])
     left.minorticks_off()
     left.legend(frameon=False)
     right.axhline(1.0, color="0.6", lw=1.0)
-    right.plot(found.compressions, found.ratios, "o-", color="C1")
+    right.plot(result.compressions, result.ratios, "o-", color="C1")
     right.set(xlabel="dL/L", ylabel=r"$\alpha_c$ / closed form", title="the elastica, inextensible")
     return figure

@@ -49,26 +49,26 @@ def main(
     # solver: continuation along alpha, each fold solved for as a root
     # run
     coarse, fine = (tuple(fold.angle for fold in der.folds(scene, nodes=count)) for count in nodes)
-    found = kirchhoff.folds(scene, elements=elements, extensible=True)
+    result = kirchhoff.folds(scene, elements=elements, extensible=True)
     curve = kirchhoff.equilibria(scene, elements=elements, extensible=True, span=(-1.0, 0.8))
 
     return Found(
         nodes=nodes,
         rods=(coarse, fine),
         limit=tuple((ratio * f - c) / (ratio - 1.0) for c, f in zip(coarse, fine, strict=True)),
-        elements=tuple(fold.angle for fold in found),
+        elements=tuple(fold.angle for fold in result),
         curve=curve,
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """z(1/2) of the states at rest against alpha, and the folds of both models."""
     figure, axes = plt.subplots(figsize=(5.4, 3.6), constrained_layout=True)
     # importing `compare` gives a curve its `plot`
     assert compare
-    found.curve.plot(axes, label="elements")
+    result.curve.plot(axes, label="elements")
     low, high = axes.get_ylim()
-    for k, angle in enumerate(found.limit):
+    for k, angle in enumerate(result.limit):
         axes.axvline(angle, color="0.6", lw=0.9, ls=":", label="rods, limit" if k == 0 else None)
         axes.text(angle, high, rf"$\alpha_{{c{k + 1}}}$", ha="center", va="bottom")
     axes.set_ylim(low, high)

@@ -74,13 +74,13 @@ def main(
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """z(1/2) of both motions over the states at rest."""
     figure, axes = plt.subplots(figsize=(5.4, 3.6), constrained_layout=True)
     # importing `compare` gives a motion its `plot`
     assert compare
-    for k, (motion, rate, kind) in enumerate(zip(found.motions, found.rates, found.outcomes, strict=True)):
-        behind = found.curve if k == 0 else None
+    for k, (motion, rate, kind) in enumerate(zip(result.motions, result.rates, result.outcomes, strict=True)):
+        behind = result.curve if k == 0 else None
         motion.plot(axes, curve=behind, label=f"{rate:g} rad/s: {kind}")
     axes.set_xlim(-0.1, 0.9)
     axes.legend(frameon=False)

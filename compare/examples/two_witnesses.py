@@ -66,15 +66,15 @@ def main(
     )
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """The snap over the square of the edge: a straight line into the elements' angle."""
     figure, axes = plt.subplots(figsize=(5.0, 3.4), constrained_layout=True)
-    squares = (np.array(found.nodes) - 2.0) ** -2
-    axes.plot([*squares, 0.0], [*found.rods, found.limit], "--", color="0.6", lw=1.0)
-    axes.plot(squares, found.rods, "o", label="rods")
-    axes.plot(0.0, found.limit, "o", mfc="white", color="C0", label="their limit")
-    axes.plot(0.0, found.elements, "+", ms=12, color="C1", label="elements")
-    for square, angle, count in zip(squares, found.rods, found.nodes, strict=True):
+    squares = (np.array(result.nodes) - 2.0) ** -2
+    axes.plot([*squares, 0.0], [*result.rods, result.limit], "--", color="0.6", lw=1.0)
+    axes.plot(squares, result.rods, "o", label="rods")
+    axes.plot(0.0, result.limit, "o", mfc="white", color="C0", label="their limit")
+    axes.plot(0.0, result.elements, "+", ms=12, color="C1", label="elements")
+    for square, angle, count in zip(squares, result.rods, result.nodes, strict=True):
         axes.annotate(f"N = {count}", (square, angle), (0, -14), textcoords="offset points", ha="center")
     axes.margins(0.15)
     axes.set(xlabel="square of the edge ($L^2$)", ylabel="angle of the snap (rad)")

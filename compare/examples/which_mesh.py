@@ -64,10 +64,10 @@ def main(
     return Found(refined, answer.value, answer.error, choice.reason)
 
 
-def look(found: Found) -> Any:
+def look(result: Found) -> Any:
     """Errors over the size of the mesh, with the orders that the models declare."""
     figure, axes = plt.subplots(figsize=(5.0, 3.6), constrained_layout=True)
-    for k, convergence in enumerate(found.refined):
+    for k, convergence in enumerate(result.refined):
         # importing `compare` gives it its `plot`
         convergence.plot(axes, color=f"C{k}")
     axes.set(xlabel="length of an edge or an element ($L$)", ylabel="error of the snap (rad)")

@@ -178,9 +178,9 @@ def home() -> Path | None:
     """The folder of AUTO-07p: AUTO_DIR, or found from its executable; None if it is not installed."""
     places = [Path(os.environ["AUTO_DIR"])] if os.environ.get("AUTO_DIR") else []
     for name in ("auto-07p", "auto"):
-        found = shutil.which(name)
-        if found:
-            up = Path(found).resolve().parents
+        result = shutil.which(name)
+        if result:
+            up = Path(result).resolve().parents
             places += [up[1] / "lib" / "auto-07p", *up[:3]]
     return next((place for place in places if (place / "lib" / "main.o").exists()), None)
 

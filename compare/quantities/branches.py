@@ -27,7 +27,7 @@ def stable_at(branch: Branch, angle: float) -> list[tuple[float, float]]:
 
     The image under z -> -z has the angles -alpha: the curve through U+S+ gives U-S+ too.
     """
-    found = []
+    result = []
     for side in (1.0, -1.0):
         away = np.asarray(branch.control) - side * angle
         for k in np.flatnonzero((away[:-1] * away[1:] <= 0.0) & branch.stable[:-1] & branch.stable[1:]):
@@ -36,8 +36,8 @@ def stable_at(branch: Branch, angle: float) -> list[tuple[float, float]]:
                 side * float((1.0 - share) * column[k] + share * column[k + 1])
                 for column in (branch.height, branch.slope)
             )
-            found.append((height, slope))
-    return found
+            result.append((height, slope))
+    return result
 
 
 def both_folds(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[Fold, Fold]:
@@ -50,10 +50,10 @@ def both_folds(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[Fold,
     SceneError, SolverError
         If the ribbon has not both states, or no fold of one of them.
     """
-    found = []
+    result = []
     for start in ("U+S+", "U+S-"):
         folds = MODELS[model].folds(replace(scene, start=start, rate=1.0, stop=None, hold=0.0), **mesh)
         if not folds:
             raise SolverError(f"{model}: no fold is met from {start} at {scene!r}")
-        found.append(folds[0])
-    return found[0], found[1]
+        result.append(folds[0])
+    return result[0], result[1]

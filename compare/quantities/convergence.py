@@ -227,22 +227,22 @@ def convergence(
     if callable(quantity):
         function = "simulate" if isinstance(over, Mapping) and {"step", "tolerance"} & set(over) else "folds"
         label = str(getattr(quantity, "__name__", "quantity"))
-        found = Quantity(label, _timed(quantity), function)
+        result = Quantity(label, _timed(quantity), function)
     elif isinstance(quantity, str) and quantity in QUANTITIES:
-        found, label = QUANTITIES[quantity], quantity
-        function = _function_of(found, scene)
+        result, label = QUANTITIES[quantity], quantity
+        function = _function_of(result, scene)
     else:
         raise OptionError(f"quantity = {shown(quantity)}: must be one of {', '.join(map(repr, QUANTITIES))}")
     if reference is None:
-        reference = found.exact
+        reference = result.exact
     elif not isinstance(reference, (Shape, np.ndarray)):
         reference = number("reference", reference)
     key, values = _over(name, function, over, 3 if reference is None else 2)
     if not callable(quantity):
         require_policy(name, function, policy)
     # compiled before any clock starts
-    found.measure(name, scene, {**policy, key: values[0]})
-    raw, seconds = zip(*(found.measure(name, scene, {**policy, key: v}) for v in values), strict=True)
+    result.measure(name, scene, {**policy, key: values[0]})
+    raw, seconds = zip(*(result.measure(name, scene, {**policy, key: v}) for v in values), strict=True)
     sizes = [size_of(name, key, value, policy, scene) for value in values]
     expected = order_of(name, key, policy)
     points, spacing = np.zeros(0), 1.0

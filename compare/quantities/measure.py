@@ -51,10 +51,10 @@ def function_of(name: str, function: str) -> Callable[..., Any]:
     OptionError
         If the model does not have it.
     """
-    found = getattr(MODELS[name], function, None)
-    if found is None:
+    result = getattr(MODELS[name], function, None)
+    if result is None:
         raise OptionError(f"model = {name!r}: has no {function}; it is static")
-    return cast(Callable[..., Any], found)
+    return cast(Callable[..., Any], result)
 
 
 def defaults_of(name: str, function: str) -> Mapping[str, Any]:
@@ -242,25 +242,25 @@ def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fo
     require_policy(name, "folds", policy)
     forget(name)
     begin = time.process_time()
-    found: tuple[Fold, ...] = function_of(name, "folds")(scene, **policy)
+    result: tuple[Fold, ...] = function_of(name, "folds")(scene, **policy)
     seconds = time.process_time() - begin
-    if not found:
+    if not result:
         raise SolverError("the ramp meets no fold")
-    return found, seconds
+    return result, seconds
 
 
 def _fold(which: int) -> Measure:
     def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
-        found, seconds = _folds(name, scene, policy)
-        return found[which].control, seconds
+        result, seconds = _folds(name, scene, policy)
+        return result[which].control, seconds
 
     return measure
 
 
 def fold_angles(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Array, float]:
     """Angles of all the folds that the ramp meets, and CPU seconds."""
-    found, seconds = _folds(name, scene, policy)
-    return np.array([fold.control for fold in found]), seconds
+    result, seconds = _folds(name, scene, policy)
+    return np.array([fold.control for fold in result]), seconds
 
 
 def _crossing(quantity: str, time_of: bool = False) -> Measure:
@@ -270,12 +270,12 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
         if "configurations" in allowed:
             extra["configurations"] = False
         history, seconds = run(name, scene, {**extra, **policy})
-        found = history.snap if quantity == "height" else history.crossing(quantity)
-        if found is None:
+        result = history.snap if quantity == "height" else history.crossing(quantity)
+        if result is None:
             raise SolverError(
                 f"the {quantity} does not change sign up to {told(scene, scene.require_stop())}"
             )
-        return found[0 if time_of else 1], seconds
+        return result[0 if time_of else 1], seconds
 
     return measure
 

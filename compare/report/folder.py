@@ -69,17 +69,17 @@ def _read(path: Path) -> Section:
 
 def sections_in(folder: Path, order: Sequence[str]) -> tuple[list[Section], dict[str, str]]:
     """The sections that lie in a folder, in their order, and why others were left out, by file."""
-    found, left_out = [], {}
+    result, left_out = [], {}
     for name in order:
         path = folder / f"{name}.json"
         if not path.exists():
             continue
         try:
-            found.append(_read(path))
+            result.append(_read(path))
         except Exception as error:
             # whatever a spoilt file may do to its readers: it is told, and stops nothing else
             left_out[path.name] = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-    return found, left_out
+    return result, left_out
 
 
 def write_page(folder: Path, order: Sequence[str]) -> dict[str, str]:
@@ -120,7 +120,7 @@ def add_pictures(
 
 
 def write_section(
-    section: Section, folder: Path, order: Sequence[str], drawings: Iterable[Drawing] = (), found: Any = None
+    section: Section, folder: Path, order: Sequence[str], drawings: Iterable[Drawing] = (), result: Any = None
 ) -> tuple[Section, dict[str, str]]:
     """Keep a section in the report's folder and make the page anew.
 
@@ -137,8 +137,8 @@ def write_section(
     """
     kept = folder / f"{section.name}.json"
     write_whole(kept, _as_json(section))
-    if found is not None:
-        save(found, folder / f"{section.name}.found")
+    if result is not None:
+        save(result, folder / f"{section.name}.found")
     from ribbonfem.output.style import in_style
 
     with in_style():

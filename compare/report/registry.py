@@ -86,15 +86,15 @@ class Command:
     takes_over: tuple[str, ...] = ()
     section_name: Callable[[Any], str] | None = None
 
-    def section(self, found: Any) -> Section:
+    def section(self, result: Any) -> Section:
         """What the report shows of a result, its pictures aside."""
-        title = self.title if isinstance(self.title, str) else self.title(found)
-        name = self.section_name(found) if self.section_name else self.name
-        return Section(name, title, self.words(found), tuple(self.tables(found)), (), self.values(found))
+        title = self.title if isinstance(self.title, str) else self.title(result)
+        name = self.section_name(result) if self.section_name else self.name
+        return Section(name, title, self.words(result), tuple(self.tables(result)), (), self.values(result))
 
 
 def publish(
-    command: Command, found: Any, folder: Path, progress: Any = None
+    command: Command, result: Any, folder: Path, progress: Any = None
 ) -> tuple[Section, dict[str, str]]:
     """Write a result's section, its files and its pictures into the report's folder, numbers first.
 
@@ -112,11 +112,13 @@ def publish(
     from compare.sweep import Progress
     from ribbonfem.output.files import write_whole
 
-    for name, content in command.files(found).items():
+    for name, content in command.files(result).items():
         write_whole(folder / name, content)
-    section, left_out = write_section(command.section(found), folder, ORDER, command.drawings(found), found)
-    command.export(found, folder, progress or Progress())
-    more = tuple(command.films(found))
+    section, left_out = write_section(
+        command.section(result), folder, ORDER, command.drawings(result), result
+    )
+    command.export(result, folder, progress or Progress())
+    more = tuple(command.films(result))
     return add_pictures(section, folder, ORDER, more) if more else (section, left_out)
 
 

@@ -64,8 +64,10 @@ class CaseVerdict:
 
 def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
     """The outcome of a run of a case, and why."""
-    found = classify(history, folds)
-    return (found.final or "none", found.reason) if case.kind == "selection" else (found.kind, found.reason)
+    result = classify(history, folds)
+    return (
+        (result.final or "none", result.reason) if case.kind == "selection" else (result.kind, result.reason)
+    )
 
 
 def one_run(case: Case, label: str, model: str, policy: dict[str, Any]) -> tuple[CaseRun, History | None]:
@@ -81,7 +83,9 @@ def one_run(case: Case, label: str, model: str, policy: dict[str, Any]) -> tuple
     except SolverError as error:
         return CaseRun(model, label, "failed", None, None, str(error), float("nan")), None
     kind, reason = outcome_of(case, history, folds)
-    snaps = [None if found is None else found[1] for found in (history.crossing("slope"), history.crossing())]
+    snaps = [
+        None if result is None else result[1] for result in (history.crossing("slope"), history.crossing())
+    ]
     seconds = float(history.stats["seconds"])
     return CaseRun(model, label, kind, snaps[0], snaps[1], reason, seconds), history
 
@@ -149,8 +153,8 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
     ratio = edge_ratio(coarse, fine)
     # a snap that refinement moves this far comes out of a rattle and not of a fold
     scattered = any(
-        len(found) > 1 and max(found) - min(found) > SCATTER
-        for found in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))
+        len(result) > 1 and max(result) - min(result) > SCATTER
+        for result in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))
     )
     return CaseVerdict(
         case=case,

@@ -149,10 +149,10 @@ def rates_for(damping: float, decades: int, per_decade: int = 1) -> list[float]:
     return [float(rate) for rate in fastest * np.logspace(-decades, 0.0, count)]
 
 
-def measure(name: str, form: NormalForm, damping: float, rate: float, found: Lead) -> Cell:
+def measure(name: str, form: NormalForm, damping: float, rate: float, result: Lead) -> Cell:
     """Ramp a system through its fold and return by how much the snap is late."""
     system = SYSTEMS[name]
-    delay, further = predict(form, rate, damping), next_order(form, found, rate, damping)
+    delay, further = predict(form, rate, damping), next_order(form, result, rate, damping)
     said: dict[str, Any] = {"next_order": further.angle, "error": further.angle_error}
     seconds, problem = 0.0, ""
     # a stop soon after the snap: what rings after it is not looked at
@@ -209,11 +209,13 @@ def universal_curve(cells: Sequence[Cell], forms: dict[str, NormalForm]) -> Cubi
 
     Each of them is an integration of the normal form; a figure needs hundreds.
     """
-    found = {}
+    result = {}
     for cell in cells:
         scale = (forms[cell.system].product * cell.rate) ** 0.2
-        found[round(float(np.log(cell.damping_ratio)), 3)] = float(np.log(cell.predicted / cell.rate * scale))
-    points = sorted(found.items())
+        result[round(float(np.log(cell.damping_ratio)), 3)] = float(
+            np.log(cell.predicted / cell.rate * scale)
+        )
+    points = sorted(result.items())
     return CubicSpline(*np.array(points).T)
 
 
@@ -254,7 +256,7 @@ def compute(names: Sequence[str], dampings: tuple[float, ...], decades: int, swe
         forms[name] = system.model.normal_forms(system.scene, **system.mesh)[0]
     pairs = [(name, damping) for name in names for damping in dampings]
     escapes = sweep("escapes from the fold", escaped, pairs, prepare=warm_up)
-    leads = {(found.system, found.damping): found.lead for found in escapes}
+    leads = {(result.system, result.damping): result.lead for result in escapes}
     work = [
         (name, forms[name], damping, rate, leads[name, damping])
         for name in names

@@ -82,9 +82,9 @@ def command(name: str, told: str, takes: str) -> Command:
         takes=takes,
         main=main,
         words=report.words,
-        tables=lambda found: report.tables(found, named),
-        drawings=lambda found: report.drawings(found, named, name),
+        tables=lambda result: report.tables(result, named),
+        drawings=lambda result: report.drawings(result, named, name),
         values=report.values,
-        files=lambda found: report.files(found, name),
+        files=lambda result: report.files(result, name),
         keep=True,
     )

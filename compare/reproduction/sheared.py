@@ -86,13 +86,13 @@ class Heights:
     def distances(self) -> list[float]:
         """How far each rod's height is from the elements' line."""
         lines = {name: (x, y) for name, x, y, _ in self.lines}
-        found = []
+        result = []
         for name, shear, height in self.symbols:
             near = lines.get(name)
             if near is not None and near[0].min() < shear < near[0].max():
                 order = np.argsort(near[0])
-                found.append(abs(height - float(np.interp(shear, near[0][order], near[1][order]))))
-        return found
+                result.append(abs(height - float(np.interp(shear, near[0][order], near[1][order]))))
+        return result
 
 
 def heights(work: tuple[float, int, int]) -> Heights:

@@ -116,9 +116,9 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
     floor, ringing, power, rest = 1e-5, 8e-3, 1.3, 1e-4
     shape = {"floor": floor, "ringing": [ringing, power, rest]}
     laws = PlanarLaws({**planar, "delay": {**planar["delay"], **shape}})
-    found = [laws.predict(scene) for scene in drawn]
-    off = np.abs([p.angle - t for p, t in zip(found, truths, strict=True)])
-    share = off / [p.error for p in found]
+    result = [laws.predict(scene) for scene in drawn]
+    off = np.abs([p.angle - t for p, t in zip(result, truths, strict=True)])
+    share = off / [p.error for p in result]
     scale = max(1.0, float(np.quantile(share, 0.99)))
     return {
         "floor": rounded(floor * scale, 3),
@@ -138,8 +138,8 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     """Errors and CPU seconds of the policies on a grid of scenes."""
     axes = ERROR_AXES.values()
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
-    found = np.array(Study("planar runs", _errors, scenes).found(sweep))
-    grid = found.reshape(*(len(axis) for axis in axes), len(POLICIES), 2)
+    result = np.array(Study("planar runs", _errors, scenes).found(sweep))
+    grid = result.reshape(*(len(axis) for axis in axes), len(POLICIES), 2)
     return {
         "axes": _axes(ERROR_AXES),
         "policies": [
@@ -171,23 +171,23 @@ def _ribbon(scene: Scene) -> dict[str, Any]:
 
 def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     """Errors of rods on random ribbons: of extrapolated meshes, and of the integration in time."""
-    drawn, found = _drawn("ribbons", _ribbon, scenes, seed, sweep)
+    drawn, result = _drawn("ribbons", _ribbon, scenes, seed, sweep)
     rate = np.array([scene.scaled_rate for scene in drawn])
     laws: dict[str, Any] = {"meshes": MESHES, "scenes": scenes, "seed": seed, "time": {}, "mesh": {}}
-    best = np.array([f["time"]["1e-06"] for f in found])
+    best = np.array([f["time"]["1e-06"] for f in result])
     for label in ("1e-04", "1e-05"):
-        at = np.array([f["time"][label] for f in found])
+        at = np.array([f["time"][label] for f in result])
         # ribbons that rattle are looked after by the run itself
         laws["time"][label] = rounded(np.nanquantile(np.abs(at - best) / rate, 0.9), 2)
     # the finest has nothing to be measured against; a decade of tolerance takes four fifths of the error
     laws["time"]["1e-06"] = rounded(laws["time"]["1e-05"] / 5.0, 2)
     for kind in ("U+S+", "U+S-"):
-        chosen = [f["snap"] for f, scene in zip(found, drawn, strict=True) if scene.start == kind]
+        chosen = [f["snap"] for f, scene in zip(result, drawn, strict=True) if scene.start == kind]
         laws["mesh"][kind] = [
             rounded(np.nanmedian([limit_of(s[: k + 1], MESHES[: k + 1])[1] for s in chosen]), 2)
             for k in range(1, len(MESHES) - 1)
         ]
-    laws["seconds"] = rounded(np.median([f["seconds"] for f in found], axis=0), 2)
+    laws["seconds"] = rounded(np.median([f["seconds"] for f in result], axis=0), 2)
     return laws
 
 
@@ -201,13 +201,13 @@ def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     The bound is one and a half times what 98 % of the smooth scenes stay below: a ribbon that rattles is
     told by its run.  The last rung has nothing to be measured against: two fifths of the one before.
     """
-    _, found = _drawn("elements", _elements, scenes, seed, sweep, cost=expected_steps)
-    snaps = np.array([[run[0] for run in runs] for runs in found])
-    smooth = np.array([not runs[0][2] for runs in found])
+    _, result = _drawn("elements", _elements, scenes, seed, sweep, cost=expected_steps)
+    snaps = np.array([[run[0] for run in runs] for runs in result])
+    smooth = np.array([not runs[0][2] for runs in result])
     errors = np.abs(snaps[:, :-1] - snaps[:, -1:])
     bound = list(1.5 * np.nanquantile(errors[smooth], 0.98, axis=0))
     typical = list(np.nanmedian(errors, axis=0))
-    seconds = np.median([[run[1] for run in runs] for runs in found], axis=0)
+    seconds = np.median([[run[1] for run in runs] for runs in result], axis=0)
     unit = Ribbon().inertial_time
     return {
         "ladder": [list(rung) for rung in LADDER],
@@ -316,26 +316,26 @@ def main(
     return Calibration(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
 
 
-def words(found: Calibration) -> list[str]:
+def words(result: Calibration) -> list[str]:
     """Where the laws are, and how well predictions do."""
     text = [f"The laws are in {FILE} beside this report."]
-    if "planar" in found.new:
-        checked = found.laws["planar"]["delay"]["checked"]
+    if "planar" in result.new:
+        checked = result.laws["planar"]["delay"]["checked"]
         worst = checked["share"][-1] / max(1.0, checked["share"][2])
         text.append(
-            f"Predictions of {found.scenes} planar snaps drawn at random (seed {found.seed}), checked with "
+            f"Predictions of {result.scenes} planar snaps drawn at random (seed {result.seed}), checked with "
             f"the elastica at 24 elements: the median error is {checked['median']:.1e} rad; the law of the "
             f"error bounds 99 % of them, the worst is {worst:.2f} times it."
         )
     return text
 
 
-def tables(found: Calibration) -> Iterator[Table]:
+def tables(result: Calibration) -> Iterator[Table]:
     """Errors of runs, errors of meshes, drift."""
-    if "planar" in found.new:
+    if "planar" in result.new:
         yield Table.of(
             "Runs of planar scenes",
-            found.laws["planar"]["runs"]["policies"],
+            result.laws["planar"]["runs"]["policies"],
             [
                 *(("policy", "s", "key"), ("CPU s", ".3f", "seconds")),
                 ("median error", ".1e", lambda run: float(np.median(run["error"]))),
@@ -343,17 +343,17 @@ def tables(found: Calibration) -> Iterator[Table]:
             ],
             "Errors of the angle of the snap (rad) on a grid of scenes. Policy: model, elements, tolerance.",
         )
-    if "ribbon" in found.new:
-        laws = found.laws["ribbon"]
+    if "ribbon" in result.new:
+        laws = result.laws["ribbon"]
         yield Table(
             "Ribbons: estimated errors, median over scenes",
             ["meshes up to N", "U+S+", "U+S-", "CPU s of the last"],
             list(zip(map(str, MESHES[1:-1]), *laws["mesh"].values(), laws["seconds"][1:-1], strict=True)),
             ["s", ".1e", ".1e", ".3f"],
-            f"Extrapolated through the last three meshes at most; {found.ribbons} scenes, tolerance 1e-4.",
+            f"Extrapolated through the last three meshes at most; {result.ribbons} scenes, tolerance 1e-4.",
         )
-    if "elements" in found.new:
-        laws = found.laws["elements"]
+    if "elements" in result.new:
+        laws = result.laws["elements"]
         laws_of = (laws[name] for name in ("ladder", "bound", "typical", "seconds"))
         yield Table(
             "Ribbons by elements: errors of the snap, rad",
@@ -362,27 +362,27 @@ def tables(found: Calibration) -> Iterator[Table]:
             ["s", ".0e", ".1e", ".1e", ".3f"],
             f"Against the last rung, of {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
         )
-    if found.drift:
+    if result.drift:
         note = "Of the meshes' errors: the logarithm of their ratio."
         columns = ["law", "largest relative difference"]
-        yield Table("Against the shipped laws", columns, found.drift, ["s", ".1e"], note)
+        yield Table("Against the shipped laws", columns, result.drift, ["s", ".1e"], note)
 
 
-def drawings(found: Calibration) -> Iterator[Drawing]:
+def drawings(result: Calibration) -> Iterator[Drawing]:
     """The planar delay over its prediction."""
-    if "planar" in found.new:
+    if "planar" in result.new:
         caption = "Delay of the planar snap over the prediction of the normal form."
-        yield Drawing("calibrate-delay.png", caption, _draw(found.laws["planar"]))
+        yield Drawing("calibrate-delay.png", caption, _draw(result.laws["planar"]))
 
 
-def values(found: Calibration) -> dict[str, Any]:
+def values(result: Calibration) -> dict[str, Any]:
     """The numbers for programs; the laws themselves are a file of their own."""
-    return {"drift": list(found.drift), "laws": FILE}
+    return {"drift": list(result.drift), "laws": FILE}
 
 
-def files(found: Calibration) -> dict[str, str]:
+def files(result: Calibration) -> dict[str, str]:
     """The laws, as the package ships them."""
-    return {FILE: json.dumps(found.laws, separators=(",", ":")) + "\n"}
+    return {FILE: json.dumps(result.laws, separators=(",", ":")) + "\n"}
 
 
 COMMAND = Command(

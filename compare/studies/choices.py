@@ -252,17 +252,17 @@ def main(
     return Choices(seed, wanted, tuple(verdicts))
 
 
-def words(found: Choices) -> list[str]:
+def words(result: Choices) -> list[str]:
     """How many tolerances were kept, and how far the references and their witnesses agree."""
-    judged = found.judged
+    judged = result.judged
     met, missed = (sum(v.verdict == word for v in judged) for word in ("met", "missed"))
     covered, called = sum(v.covered for v in judged), sum(v.flagged for v in judged)
     count = max(1, len(judged))
-    doubts = [v.doubt for v in found.verdicts if math.isfinite(v.doubt)]
+    doubts = [v.doubt for v in result.verdicts if math.isfinite(v.doubt)]
     return [
-        f"{len(found.verdicts) // len(found.tolerances)} scenes (seed {found.seed}), "
-        f"{len(found.tolerances)} tolerances each: {len(judged)} answers that the reference settles to a "
-        f"third of the tolerance, and {len(found.verdicts) - len(judged)} that it does not. Of the first "
+        f"{len(result.verdicts) // len(result.tolerances)} scenes (seed {result.seed}), "
+        f"{len(result.tolerances)} tolerances each: {len(judged)} answers that the reference settles to a "
+        f"third of the tolerance, and {len(result.verdicts) - len(judged)} that it does not. Of the first "
         f"{met} meet it ({met / count:.1%}), {missed} say so falsely, in {covered} the claimed error covers "
         f"the true one ({covered / count:.1%}), and {called} are called sensitive.",
         f"References are wrong by {np.median(doubts):.1e} rad in the median, {max(doubts):.1e} at most, by a "
@@ -272,14 +272,14 @@ def words(found: Choices) -> list[str]:
     ]
 
 
-def tables(found: Choices) -> list[Table]:
+def tables(result: Choices) -> list[Table]:
     """Kept tolerances and saved time, what was chosen, and the remarkable scenes."""
     return [
         Table(
             "Kept tolerances, covered errors and saved time",
             ["tolerance", "scenes", "drawn", "judged", "met", "falsely met", "covered", "called sensitive"]
             + ["error / claimed, median", "largest", "median CPU s", "time ratio", "N = 101 meets it"],
-            found.summary,
+            result.summary,
             ["g", "s", "d", "d", "d", "d", "d", "d", ".2g", ".2g", ".3g", ".3g", "d"],
             "Judged: those that the reference settles. Falsely met: outside of it, without saying so. "
             "Covered: the true error is within the one claimed. Time ratio: CPU of a rod of 101 nodes "
@@ -289,12 +289,12 @@ def tables(found: Choices) -> list[Table]:
         Table(
             "What was chosen",
             ["model", "half", "answers", "met", "median CPU s", "median error / tolerance"],
-            _by_model(found.verdicts),
+            _by_model(result.verdicts),
             ["s", "s", "d", "d", ".4f", ".2g"],
         ),
         Table.of(
             "Answers that were not met, not covered, or called sensitive",
-            [v for v in found.verdicts if v.verdict != "met" or not v.covered or v.flagged],
+            [v for v in result.verdicts if v.verdict != "met" or not v.covered or v.flagged],
             [
                 ("(dL, dW), start", "s", lambda v: f"({v.compression:.3f}, {v.shear:.3f}) {v.start}"),
                 *(("h", ".2g", "thickness"), ("rate", ".1e", "rate"), ("nu", ".1e", "damping")),
@@ -309,19 +309,19 @@ def tables(found: Choices) -> list[Table]:
     ]
 
 
-def drawings(found: Choices) -> Iterator[Drawing]:
+def drawings(result: Choices) -> Iterator[Drawing]:
     """Covered errors and saved time against the tolerance."""
     caption = "True error over the claimed one, and the time saved, of answers that the reference settles."
-    yield Drawing("choices-check.png", caption, _draw(found.verdicts))
+    yield Drawing("choices-check.png", caption, _draw(result.verdicts))
 
 
-def values(found: Choices) -> dict[str, Any]:
+def values(result: Choices) -> dict[str, Any]:
     """The numbers for programs."""
     return {
-        "seed": found.seed,
-        "tolerances": found.tolerances,
-        "summary": [dict(zip(_COLUMNS, row, strict=True)) for row in found.summary],
-        "scenes": [asdict(v) for v in found.verdicts],
+        "seed": result.seed,
+        "tolerances": result.tolerances,
+        "summary": [dict(zip(_COLUMNS, row, strict=True)) for row in result.summary],
+        "scenes": [asdict(v) for v in result.verdicts],
     }
 
 

@@ -115,10 +115,10 @@ def _snap(model: str, scene: Scene, policy: Policy) -> tuple[float, float]:
     begin = time.process_time()
     history = function_of(model, "simulate")(scene, configurations=False, until="snap", **policy)
     seconds = time.process_time() - begin
-    found = history.crossing("height")
-    if found is None:
+    result = history.crossing("height")
+    if result is None:
         raise SolverError(f"{model}: no snap before alpha = {scene.stop!r}")
-    return found[1], seconds
+    return result[1], seconds
 
 
 def measured(scene: Scene, rounds: int, sweep: Sweep) -> tuple[dict[Key, tuple[float, float]], float]:
@@ -134,30 +134,30 @@ def measured(scene: Scene, rounds: int, sweep: Sweep) -> tuple[dict[Key, tuple[f
     def snap(run: tuple[Key, str, Policy]) -> tuple[float, float]:
         return _snap(run[1], scene, run[2])
 
-    found = {run[0]: [first] for run, first in Study(title, snap, runs).rows(sweep)}
+    result = {run[0]: [first] for run, first in Study(title, snap, runs).rows(sweep)}
     for run, more in zip(quick, Study(title, snap, quick).by_turns(sweep, rounds - 1), strict=True):
-        found[run[0]] += more
-    least = {key: (its[-1][0], min(seconds for _, seconds in its)) for key, its in found.items()}
+        result[run[0]] += more
+    least = {key: (its[-1][0], min(seconds for _, seconds in its)) for key, its in result.items()}
     return least, _snap("kirchhoff", scene, LIMIT)[0]
 
 
-def _series(found: Mapping[Key, tuple[float, float]]) -> Iterator[Price]:
+def _series(result: Mapping[Key, tuple[float, float]]) -> Iterator[Price]:
     """Every run, and rods of two meshes extrapolated."""
-    for (model, mesh, method, tolerance), took in found.items():
+    for (model, mesh, method, tolerance), took in result.items():
         unit = "elements" if model == "elements" else "nodes"
         yield Price((model, method, f"{mesh} {unit}"), tolerance, *took)
     pairs = itertools.combinations(NODES, 2)
     for method, (coarse, fine), tolerance in itertools.product(METHODS, pairs, RODS_TOLERANCES):
-        (a, s), (b, u) = (found["rods", n, method, tolerance] for n in (coarse, fine))
+        (a, s), (b, u) = (result["rods", n, method, tolerance] for n in (coarse, fine))
         angle = two_point(a, b, edge_ratio(coarse, fine))
         yield Price(("rods", method, f"{coarse} and {fine} nodes"), tolerance, angle, s + u)
 
 
-def prices(found: Mapping[Key, tuple[float, float]], limit: float, error: float) -> dict[str, Price]:
+def prices(result: Mapping[Key, tuple[float, float]], limit: float, error: float) -> dict[str, Price]:
     """The cheapest of the elements, of the rods, and of the rods by TR-BDF2 ("rods, tr-bdf2")."""
     runs = list(
         settled(
-            _series(found),
+            _series(result),
             error=lambda run: abs(run.angle - limit),
             kind=lambda run: run.series,
             size=lambda run: (run.tolerance,),
@@ -178,11 +178,11 @@ def compared(rounds: int, sweep: Sweep) -> list[list[Any]]:
     """A row for each scene and error: prices, their ratios, and how far the two limits are apart."""
     rows: list[list[Any]] = []
     for scene in SCENES:
-        found, limit = measured(scene, rounds, sweep)
-        finest = [found["rods", n, "esdirk4", RODS_TOLERANCES[-1]][0] for n in NODES[-3:]]
+        result, limit = measured(scene, rounds, sweep)
+        finest = [result["rods", n, "esdirk4", RODS_TOLERANCES[-1]][0] for n in NODES[-3:]]
         rods, _ = limit_of(finest, NODES[-3:])
         for error in ERRORS:
-            best = prices(found, limit, error)
+            best = prices(result, limit, error)
             ours, rod, second = (best.get(name) for name in ("elements", "rods", "rods, tr-bdf2"))
             rows.append(
                 [f"({scene.compression:.2f}, {scene.shear:.2f})", error]
@@ -300,13 +300,13 @@ def _stacked(parts: dict[str, float]) -> tuple[dict[str, float], dict[str, float
     return new, {"edges and frames": moved, "forces": parts["forces"], "solve": parts["solve"]}
 
 
-def words(found: Speed) -> list[str]:
+def words(result: Speed) -> list[str]:
     """Steps a second and time an iteration, against the reference kernel."""
     return [
-        f"{statistics.median(found.steps_per_second):.0f} steps of implicit Euler a second (median of "
-        f"{found.repeats}; N = {found.nodes}, step 1e-3 s, Newton's update below 1e-8 L) and "
-        f"{1e6 * statistics.median(found.seconds_per_iteration):.1f} us a Newton iteration. The reference "
-        f"kernel, a dense 300 x 300 matrix product, takes {1e6 * found.unit:.0f} us here.",
+        f"{statistics.median(result.steps_per_second):.0f} steps of implicit Euler a second (median of "
+        f"{result.repeats}; N = {result.nodes}, step 1e-3 s, Newton's update below 1e-8 L) and "
+        f"{1e6 * statistics.median(result.seconds_per_iteration):.1f} us a Newton iteration. The reference "
+        f"kernel, a dense 300 x 300 matrix product, takes {1e6 * result.unit:.0f} us here.",
     ]
 
 
@@ -325,16 +325,16 @@ def _priced(rows: Sequence[list[Any]]) -> Table:
     )
 
 
-def tables(found: Speed) -> list[Table]:
+def tables(result: Speed) -> list[Table]:
     """The loop, slow ramps, parts of an iteration."""
-    rate, iteration = found.steps_per_second, found.seconds_per_iteration
+    rate, iteration = result.steps_per_second, result.seconds_per_iteration
     rows: list[list[Any]] = [
         ["implicit Euler, steps a second", max(rate), statistics.median(rate), None],
         ["implicit Euler, us a Newton iteration", 1e6 * min(iteration), 1e6 * statistics.median(iteration)]
-        + [min(iteration) / found.unit],
-        ["static start, s", *found.start, found.start[0] / found.unit],
+        + [min(iteration) / result.unit],
+        ["static start, s", *result.start, result.start[0] / result.unit],
     ]
-    its = {**_stacked(found.parts)[0], "forces alone": found.parts["forces"]}
+    its = {**_stacked(result.parts)[0], "forces alone": result.parts["forces"]}
     parts = [[name, 1e6 * seconds] for name, seconds in its.items()]
     return [
         Table(
@@ -347,21 +347,21 @@ def tables(found: Speed) -> list[Table]:
             "Slow ramps with the default policies, errors against tight ones",
             ["scene", "best (s)", "median (s)", "in reference kernels", "error of t_z = 0", "error of z = 0"]
             + ["steps", "iterations", "rejected"],
-            found.scenes,
+            result.scenes,
             ["s", ".3f", ".3f", ".3g", "+.1e", "+.1e", "d", "d", "d"],
-            f"Rods of N = {found.nodes} by TR-BDF2, eight elements by ESDIRK4. Errors in rad, of stepping, "
+            f"Rods of N = {result.nodes} by TR-BDF2, eight elements by ESDIRK4. Errors in rad, of stepping, "
             "on the same mesh; z = 0 of the second scene comes long after the first snap, out of a vibration "
             "that magnifies every difference.",
         ),
         Table("Parts of a Newton iteration", ["part", "us"], parts, ["s", ".2f"]),
-        *([_priced(found.prices)] if found.prices else []),
+        *([_priced(result.prices)] if result.prices else []),
     ]
 
 
-def drawings(found: Speed) -> Iterator[Drawing]:
+def drawings(result: Speed) -> Iterator[Drawing]:
     """Where the time of an iteration goes."""
     fig, axes = figure(1, width=7.0, height=2.2)
-    for row, group in enumerate(_stacked(found.parts)):
+    for row, group in enumerate(_stacked(result.parts)):
         left = 0.0
         for k, (name, seconds) in enumerate(group.items()):
             axes.barh(row, 1e6 * seconds, left=left, color=f"C{k}", edgecolor="white")
@@ -370,21 +370,21 @@ def drawings(found: Speed) -> Iterator[Drawing]:
             axes.text(left + 5e5 * seconds, row, lines, ha="center", va="center", fontsize=6.5)
             left += 1e6 * seconds
     axes.set_yticks([0, 1], ["new factors", "kept factors"])
-    axes.set(xlabel=f"microseconds of a Newton iteration, N = {found.nodes}", ylim=(-0.6, 1.6))
+    axes.set(xlabel=f"microseconds of a Newton iteration, N = {result.nodes}", ylim=(-0.6, 1.6))
     caption = "Where the time of an iteration goes, with new and with kept factors."
     yield Drawing("speed-profile.png", caption, fig)
 
 
-def values(found: Speed) -> dict[str, Any]:
+def values(result: Speed) -> dict[str, Any]:
     """The numbers for programs."""
     return {
-        "steps_per_second": list(found.steps_per_second),
-        "seconds_per_iteration": list(found.seconds_per_iteration),
-        "reference_kernel": found.unit,
-        "start": list(found.start),
-        "scenes": list(found.scenes),
-        "parts": found.parts,
-        "prices": list(found.prices),
+        "steps_per_second": list(result.steps_per_second),
+        "seconds_per_iteration": list(result.seconds_per_iteration),
+        "reference_kernel": result.unit,
+        "start": list(result.start),
+        "scenes": list(result.scenes),
+        "parts": result.parts,
+        "prices": list(result.prices),
     }
 
 

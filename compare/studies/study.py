@@ -52,16 +52,16 @@ class Study:
 
     def grid(self, sweep: Sweep) -> Array:
         """Numbers that were measured, as an array (cases, configurations, ...)."""
-        found = np.array(self.found(sweep))
-        return found.reshape(len(self.cases), -1, *found.shape[1:])
+        result = np.array(self.found(sweep))
+        return result.reshape(len(self.cases), -1, *result.shape[1:])
 
     def by_turns(self, sweep: Sweep, rounds: int) -> list[list[Any]]:
         """What was measured of each piece of work, a list with one result a round.
 
         One round after the other, so that what else the machine does meets all of them alike.
         """
-        found = sweep(self.title, self.measure, self.work * rounds)
-        return [found[k :: len(self.work)] for k in range(len(self.work))]
+        result = sweep(self.title, self.measure, self.work * rounds)
+        return [result[k :: len(self.work)] for k in range(len(self.work))]
 
 
 def here(sweep: Sweep | None) -> Sweep:

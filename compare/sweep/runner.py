@@ -147,9 +147,9 @@ class Sweep:
     def _kept(self, key: str) -> tuple[Any] | None:
         """The result of a key in a tuple, in the first store that has it."""
         for store in (self.store, *self.others):
-            found = store.read(key) if store else None
-            if found is not None:
-                return found
+            result = store.read(key) if store else None
+            if result is not None:
+                return result
         return None
 
     @staticmethod

@@ -31,12 +31,12 @@ class Store:
     def read(self, key: str) -> tuple[Any] | None:
         """The result of a key in a tuple, or None where there is none to be believed."""
         try:
-            found = from_bytes(self.path(key).read_bytes())
+            result = from_bytes(self.path(key).read_bytes())
         except (OSError, ArchiveError):
             return None
-        if not (isinstance(found, dict) and found.get("key") == key and "result" in found):
+        if not (isinstance(result, dict) and result.get("key") == key and "result" in result):
             return None
-        return (found["result"],)
+        return (result["result"],)
 
     def write(self, key: str, result: Any) -> None:
         """Keep a result.

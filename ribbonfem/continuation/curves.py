@@ -196,12 +196,12 @@ def _ramp_events(
     point = first_point(problem, state, begin, sign)
     if point.index != 0:
         raise SolverError(f"the start state is not stable: {point.index} unstable directions")
-    found: list[Event[State]] = []
+    result: list[Event[State]] = []
     seeking = False
     # the curve may wander far back before it reaches the next stable sheet
     for segment in trace(problem, point, (-scene.reach_towards(-1.0), scene.reach_towards(1.0)), steps):
         if seeking:
-            reached = found[-1].point
+            reached = result[-1].point
             ends = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
             if segment.end.index or ends[0] * ends[1] > 0.0:
                 continue
@@ -218,7 +218,7 @@ def _ramp_events(
             if seeking or segment.start.index != 0:
                 continue
             if sign * event.point.parameter > limit:
-                return tuple(found)
+                return tuple(result)
             if (
                 event.kind != "fold"
                 and segment.end.index == 0
@@ -227,14 +227,14 @@ def _ramp_events(
                 # the curve ends in another one, on which the state stays stable
                 beyond = _along(problem, event, sign * min(0.01, limit))
                 if beyond is not None and problem.linearise(*beyond).index == 0:
-                    return (*found, *_ramp_events(problem, *beyond, scene, steps))
-            found.append(event)
+                    return (*result, *_ramp_events(problem, *beyond, scene, steps))
+            result.append(event)
             if event.kind != "fold":
-                return tuple(found)
+                return tuple(result)
             seeking = True
         if not seeking and sign * segment.end.parameter > limit:
             break
-    return tuple(found)
+    return tuple(result)
 
 
 def _along(problem: Problem[State], event: Event[State], further: float) -> tuple[State, float] | None:
@@ -265,10 +265,10 @@ def ramp_folds(
     SolverError
         As there, and if the state loses its stability at a branch point before any fold.
     """
-    found = ramp_events(problem, state, scene, steps)
-    folds = tuple(event for event in found if event.kind == "fold")
-    if found and not folds and _folds_beyond(problem, found[0], scene, steps or steps_for(scene)):
-        where = told(scene, found[0].point.parameter, ".9g")
+    result = ramp_events(problem, state, scene, steps)
+    folds = tuple(event for event in result if event.kind == "fold")
+    if result and not folds and _folds_beyond(problem, result[0], scene, steps or steps_for(scene)):
+        where = told(scene, result[0].point.parameter, ".9g")
         raise SolverError(
             f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses "
             "there, see `instabilities`; folds beyond are in `equilibria`"

@@ -87,7 +87,7 @@ def _first(
     """The point inside of a segment at which the index is no longer 0, by bisection in the arclength."""
     base = inside(problem, segment.start, segment.end)
     points = Between(problem, base, segment.end, Steps(), fresh=False)
-    low, high, found = 0.0, end.step, end
+    low, high, result = 0.0, end.step, end
     for _ in range(36):
         middle = 0.5 * (low + high)
         try:
@@ -97,10 +97,10 @@ def _first(
                 f"no state found between {base.parameter:.9g} and {end.parameter:.9g} rad"
             ) from error
         if index(point.state):
-            high, found = middle, point
+            high, result = middle, point
         else:
             low = middle
-    return found
+    return result
 
 
 def before_stop(control: float, scene: Scene, image: Scene) -> float:

@@ -79,12 +79,12 @@ def at_parameter(
         If `target` is not between the parameters there, or Newton does not converge.
     """
     steps = steps or Steps()
-    found = _near(problem, segment, target, steps) if after == 0.0 else None
-    if found is None:
+    result = _near(problem, segment, target, steps) if after == 0.0 else None
+    if result is None:
         near = _between(problem, segment, target, steps, after)
         state = problem.advance(near.state, np.zeros_like(near.direction), target)
-        found = near, *equilibrium(problem, state, target, tolerance=steps.exact)
-    near, state, line = found
+        result = near, *equilibrium(problem, state, target, tolerance=steps.exact)
+    near, state, line = result
     try:
         direction, rate = tangent(problem, line, near.direction, near.rate)
     except NotConverged as error:

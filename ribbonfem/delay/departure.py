@@ -114,5 +114,5 @@ def scene_departure(
     events = ramp_folds(problem, start, replace(scene, stop=None), steps)
     if number >= len(events):
         refuse("fold", fold, f"the ramp meets {len(events)} folds, counted from 0")
-    found = departure(problem, events[number], reach, scene.damping)
-    return found, 1.5 * found.time + 2.0 * scene.ribbon.inertial_time
+    result = departure(problem, events[number], reach, scene.damping)
+    return result, 1.5 * result.time + 2.0 * scene.ribbon.inertial_time

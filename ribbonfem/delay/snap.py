@@ -163,11 +163,11 @@ def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **policy: A
     """
     choice("quantity", quantity, QUANTITIES)
     fold = 0 if quantity == "first snap" else -1
-    form, found = lead(model, scene, fold, quantity, **policy)
-    return next_order(form, found, scene.rate, scene.damping)
+    form, result = lead(model, scene, fold, quantity, **policy)
+    return next_order(form, result, scene.rate, scene.damping)
 
 
-def next_order(form: NormalForm, found: Lead, rate: float, damping: float) -> Delay:
+def next_order(form: NormalForm, result: Lead, rate: float, damping: float) -> Delay:
     """The delay of a ramp through a fold to the next order, T0 known.
 
     Parameters
@@ -180,15 +180,15 @@ def next_order(form: NormalForm, found: Lead, rate: float, damping: float) -> De
     first = predict(form, rate, damping)
     tau = (form.product * rate) ** -0.2
     bend = form.cubic * (cubic_curve(first.damping) / tau - 2.0 * LOGARITHM * damping * math.log(tau))
-    time = first.time + bend - 0.5 * form.mixed * damping - found.time
+    time = first.time + bend - 0.5 * form.mixed * damping - result.time
     # no snap comes before its fold, and hardly one after the leading order's
     latest = _LATEST * first.time
     time = min(max(time, _EARLIEST * first.time), latest)
-    error = min(_left_out(form, found, rate, damping, first), max(time, latest - time))
+    error = min(_left_out(form, result, rate, damping, first), max(time, latest - time))
     return Delay(time, rate * time, first.damping, error)
 
 
-def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first: Delay) -> float:
+def _left_out(form: NormalForm, result: Lead, rate: float, damping: float, first: Delay) -> float:
     """Size of what `next_order` leaves out, s: see the derivation in `ribbonfem.delay`."""
     scaled = form.product * rate
     tau = scaled**-0.2
@@ -196,13 +196,13 @@ def _left_out(form: NormalForm, found: Lead, rate: float, damping: float, first:
     # of y and of time in the inner problem
     size, unit = slow ** (1.0 / 3.0) / tau**2, tau * slow ** (2.0 / 3.0)
     bends = max(form.cubic**2, form.mixed**2)
-    bent, rest = bends * size**2 * unit, found.remainder * size**found.power
+    bent, rest = bends * size**2 * unit, result.remainder * size**result.power
     # where friction rules the two have signs, and what they have in common cancels
     second = (_INERTIA / slow + _LEAST) * bent + abs(_BENT * bent + _REST * rest)
     # the ramp goes on while the ribbon is far from the fold
-    far = max((6.0 / found.reach) ** 0.5 * _INERTIAL, damping / found.reach)
-    outside = far * scaled * first.time / found.reach**2
+    far = max((6.0 / result.reach) ** 0.5 * _INERTIAL, damping / result.reach)
+    outside = far * scaled * first.time / result.reach**2
     # the clamp's start sets the lowest mode ringing, at the fold with what damping leaves of it
-    ringing = _RINGING * tau**3.5 * abs(scaled) * found.frequency**-2.5
+    ringing = _RINGING * tau**3.5 * abs(scaled) * result.frequency**-2.5
     ringing *= math.exp(-0.5 * damping * abs(form.angle / rate))
-    return found.error + math.sqrt(second**2 + outside**2 + ringing**2)
+    return result.error + math.sqrt(second**2 + outside**2 + ringing**2)

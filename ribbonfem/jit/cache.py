@@ -51,12 +51,12 @@ def folders(source: Path) -> list[Path]:
     name = f"{source.parent.name}_{hashlib.sha256(str(source.parent).encode()).hexdigest()[:16]}"
     if config.CACHE_DIR:
         return [Path(config.CACHE_DIR) / name]
-    found = [source.parent / "__pycache__"]
+    result = [source.parent / "__pycache__"]
     with suppress(RuntimeError):
         # (there may be no home)
         home = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        found.append(Path(home) / "ribbonfem" / name)
-    return found
+        result.append(Path(home) / "ribbonfem" / name)
+    return result
 
 
 def made_from(module: str) -> bytes:

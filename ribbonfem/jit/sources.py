@@ -23,23 +23,23 @@ _PACKAGES = ("ribbonfem", "der")
 @cache
 def digest(module: str) -> str:
     """Of a module's source and of all files of kernels that it stands on."""
-    found = hashlib.sha256()
+    result = hashlib.sha256()
     for name in sorted(stands_on(module)):
-        found.update(name.encode())
-        found.update(_source(name))
-    return found.hexdigest()
+        result.update(name.encode())
+        result.update(_source(name))
+    return result.hexdigest()
 
 
 def stands_on(module: str) -> frozenset[str]:
     """The module and the modules of kernels that it imports, directly or through others."""
-    found: set[str] = set()
+    result: set[str] = set()
     rest = [module]
     while rest:
         name = rest.pop()
-        if name not in found:
-            found.add(name)
+        if name not in result:
+            result.add(name)
             rest += [other for other in _imports(name) if is_kernels(other)]
-    return frozenset(found)
+    return frozenset(result)
 
 
 def is_kernels(module: str) -> bool:

@@ -48,24 +48,24 @@ def escape(
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    found, duration = scene_departure(problem, start, scene, fold, amplitude)
-    ends = held(scene, found.form.angle, duration / problem.unit)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    ends = held(scene, result.form.angle, duration / problem.unit)
     ramp = ramp_of(scene, control, ends=ends)
     return integrate(
         problem,
-        found.state,
+        result.state,
         scene,
         control,
         ramp,
         options_given(),
         configurations,
-        lambda: _moving(problem, found, scene),
+        lambda: _moving(problem, result, scene),
     )
 
 
-def _moving(problem: Statics, found: Departure[Frames], scene: Scene) -> arrays.Motion:
+def _moving(problem: Statics, result: Departure[Frames], scene: Scene) -> arrays.Motion:
     """The state of the time loop at a departure, the clamp held."""
-    motion = at_rest(problem, found.state, scene.ribbon.retardation > 0.0)
-    velocity, spin = problem.moving(found.state, found.velocity)
+    motion = at_rest(problem, result.state, scene.ribbon.retardation > 0.0)
+    velocity, spin = problem.moving(result.state, result.velocity)
     motion.v[1:-1, :3], motion.v[1:-1, 3] = velocity[1:-1], spin[1:-1]
     return motion

@@ -125,8 +125,8 @@ def instabilities(
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
     of = {"model": "kirchhoff", "policy": options_given()}
-    found = ramp_events(problem, start, scene, steps)
-    return tuple(instability_of(problem, event, scene, steps, of) for event in found)
+    result = ramp_events(problem, start, scene, steps)
+    return tuple(instability_of(problem, event, scene, steps, of) for event in result)
 
 
 @checked
@@ -331,9 +331,9 @@ def skipping_bound(
     mesh = checked_mesh(elements, extensible)
     upward = replace(scene, start="U+S+", rate=1.0, stop=None)
     problem, start = states.named(upward, **mesh)
-    found = ramp_folds(problem, start, upward, steps)
-    if not found:
+    result = ramp_folds(problem, start, upward, steps)
+    if not result:
         raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
-    first = found[0].point
+    first = result[0].point
     pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
     return problem.energy(first.state) - pass_.energy

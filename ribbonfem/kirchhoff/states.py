@@ -206,22 +206,22 @@ def families(problem: Statics, shear: float) -> dict[str, tuple[Frames, int]]:
         state, line = equilibrium(problem, problem.buckled(problem.compression), 0.0)
         # a neutral state is no stable one, whatever rounding makes of its eigenvalue
         return {"U": (state, max(line.index, int(problem.one_stiffness)))}
-    found: dict[str, tuple[Frames, int]] = {}
+    result: dict[str, tuple[Frames, int]] = {}
     events: list[Event[Frames]] = []
     steps = shear_steps(problem)
     for segment in unbroken(Symmetric(problem, "U"), shear, steps):
         events.extend(event for event in segment.events if event.kind == "branch point")
         if segment.last == "span":
-            found["U"] = segment.end.state, segment.end.index
+            result["U"] = segment.end.state, segment.end.index
     for event in events:
-        if len(found) < 2:
-            found |= _forked(problem, event, shear, steps)
-    if "U" in found and events and shear - events[0].point.parameter < _RESOLVED:
+        if len(result) < 2:
+            result |= _forked(problem, event, shear, steps)
+    if "U" in result and events and shear - events[0].point.parameter < _RESOLVED:
         # rounding would decide: stable itself, or what is resolved beside it
-        found["U"] = found["U"][0], int("US" in found)
-        if "US" in found:
-            found["US"] = found["US"][0], 0
-    return found
+        result["U"] = result["U"][0], int("US" in result)
+        if "US" in result:
+            result["US"] = result["US"][0], 0
+    return result
 
 
 def _forked(
@@ -254,9 +254,9 @@ def _forked(
     return {"S": (point.state, 0 if abs(shear - tip.parameter) < _RESOLVED else point.index)}
 
 
-def _stable(found: dict[str, tuple[Frames, int]]) -> list[str]:
+def _stable(result: dict[str, tuple[Frames, int]]) -> list[str]:
     return [
-        name for family, names in _FAMILIES.items() if found.get(family, (None, 1))[1] == 0 for name in names
+        name for family, names in _FAMILIES.items() if result.get(family, (None, 1))[1] == 0 for name in names
     ]
 
 
@@ -345,10 +345,10 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
         g[[0, -1]] = state.g[[0, -1]]
         state = Frames(g, state.force)
     try:
-        found, line = equilibrium(problem, state, 0.0, newton=6)
+        result, line = equilibrium(problem, state, 0.0, newton=6)
     except SolverError:
         return None
-    return found if line.index == 0 and name_of(problem, found, 0.0) == scene.start else None
+    return result if line.index == 0 and name_of(problem, result, 0.0) == scene.start else None
 
 
 @lru_cache(maxsize=16)
@@ -365,8 +365,8 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
             return near
     sheared = in_shear(scene, elements, extensible)
     shear = abs(scene.shear)
-    found = families(sheared, shear)
-    allowed = _stable(found)
+    result = families(sheared, shear)
+    allowed = _stable(result)
     if scene.start not in allowed:
         raise SceneError(
             f"Scene.start = {scene.start!r}: not a stable equilibrium at compression = "
@@ -374,7 +374,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
             f"{', '.join(allowed) or 'none'}"
         )
     family = next(family for family, names in _FAMILIES.items() if scene.start in names)
-    state = found[family][0]
+    state = result[family][0]
     # two symmetries reach every sign
     images = _images(sheared, state, shear)
     if scene.start not in images:

@@ -106,7 +106,7 @@ def rest_table(state: RestState) -> str:
 
 
 @drawn()
-def convergence(found: Any, axes: Any = None, **line: Any) -> Any:
+def convergence(result: Any, axes: Any = None, **line: Any) -> Any:
     """Errors of a `Convergence` over the size refined, both logarithmic, and the order declared as a slope.
 
     Parameters
@@ -120,15 +120,15 @@ def convergence(found: Any, axes: Any = None, **line: Any) -> Any:
     -------
     The axes.
     """
-    sizes, errors = np.array(found.sizes), np.array(found.errors)
+    sizes, errors = np.array(result.sizes), np.array(result.errors)
     shown = errors > 0.0
-    order = f", order {found.order:.2f}" if np.isfinite(found.order) else ""
-    named = {"label": f"{found.model}{order}"} | line
+    order = f", order {result.order:.2f}" if np.isfinite(result.order) else ""
+    named = {"label": f"{result.model}{order}"} | line
     axes.loglog(sizes[shown], errors[shown], "o-", **named)
-    if found.expected is not None and shown.any():
+    if result.expected is not None and shown.any():
         ends = np.array([sizes[shown].min(), sizes[shown].max()])
-        slope = errors[shown][0] * (ends / sizes[shown][0]) ** found.expected
-        axes.loglog(ends, slope, "--", color="0.6", lw=1.0, label=f"order {found.expected:g}")
-    axes.set(xlabel=f"size ({found.over})", ylabel=f"error of the {found.quantity}")
+        slope = errors[shown][0] * (ends / sizes[shown][0]) ** result.expected
+        axes.loglog(ends, slope, "--", color="0.6", lw=1.0, label=f"order {result.expected:g}")
+    axes.set(xlabel=f"size ({result.over})", ylabel=f"error of the {result.quantity}")
     axes.legend()
     return axes

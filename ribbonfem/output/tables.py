@@ -112,7 +112,7 @@ def branch_frame(branch: Branch) -> Any:
     return frame
 
 
-def convergence_frame(found: Any) -> Any:
+def convergence_frame(result: Any) -> Any:
     """A `Convergence` as a `pandas.DataFrame`, a row a run, the coarsest first.
 
     Returns
@@ -127,26 +127,26 @@ def convergence_frame(found: Any) -> Any:
         If pandas is not installed; says how to install it.
     """
     pandas = library("pandas", "to_pandas")
-    skipped = len(found.at) - len(found.orders)
+    skipped = len(result.at) - len(result.orders)
     columns: dict[str, Any] = {
-        found.over: list(found.at),
-        "size": list(found.sizes),
-        "dofs": list(found.dofs),
+        result.over: list(result.at),
+        "size": list(result.sizes),
+        "dofs": list(result.dofs),
     }
-    number = not np.ndim(found.limit)
+    number = not np.ndim(result.limit)
     if number:
-        columns["value"] = [float(value) for value in found.values]
-    columns["error"] = np.array(found.errors)
-    columns["order"] = [np.nan] * skipped + [float(order) for order in found.orders]
-    columns["seconds"] = np.array(found.seconds)
+        columns["value"] = [float(value) for value in result.values]
+    columns["error"] = np.array(result.errors)
+    columns["order"] = [np.nan] * skipped + [float(order) for order in result.orders]
+    columns["seconds"] = np.array(result.seconds)
     frame = pandas.DataFrame(columns)
     frame.attrs.update(
-        units={"size": "s" if found.over == "step" else "L", "seconds": "s"},
-        quantity=found.quantity,
-        limit=float(found.limit) if number else np.array(found.limit).tolist(),
-        verified=bool(found.verified),
-        uncertainty=float(found.uncertainty),
-        **_about(found),
+        units={"size": "s" if result.over == "step" else "L", "seconds": "s"},
+        quantity=result.quantity,
+        limit=float(result.limit) if number else np.array(result.limit).tolist(),
+        verified=bool(result.verified),
+        uncertainty=float(result.uncertainty),
+        **_about(result),
     )
     return frame
 
@@ -214,6 +214,6 @@ def branch_dataset(branch: Branch) -> Any:
     """
     shapes = {"positions": branch.configurations, "normals": branch.normals}
     shapes = {name: rows for name, rows in shapes.items() if rows is not None}
-    found = _dataset(branch, "row", _branch(branch), shapes)
-    found.attrs["folds"] = [float(fold.control) for fold in branch.folds]
-    return found
+    result = _dataset(branch, "row", _branch(branch), shapes)
+    result.attrs["folds"] = [float(fold.control) for fold in branch.folds]
+    return result

@@ -45,9 +45,9 @@ def _draw(cells: Sequence[Cell], forms: dict[str, NormalForm], names: tuple[str,
             if further.size:
                 angle.loglog(*further, "--", color=colour, lw=0.9)
                 time.loglog(further[0], further[1] / further[0], "--", color=colour, lw=0.9)
-            found = [(c.rate, c.measured) for c in group if c.measured]
-            if found:
-                x, y = np.array(found).T
+            result = [(c.rate, c.measured) for c in group if c.measured]
+            if result:
+                x, y = np.array(result).T
                 angle.loglog(x, y, "o", ms=3.5, mfc="none", color=colour, label=f"$\\nu$ = {damping:g}")
                 time.loglog(x, y / x, "o", ms=3.5, mfc="none", color=colour)
                 scale = (form.product * x) ** 0.2
@@ -88,11 +88,11 @@ def main(
     return compute(names, tuple(dampings), decades, sweep)
 
 
-def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
+def _exponents(result: Delays) -> Iterator[tuple[str, float, tuple[float, float, float], Cell, float, Any]]:
     """System, damping, fitted exponent and its range, the slowest cell, the predicted exponent, the limit."""
-    for name in found.forms:
-        for damping in found.dampings:
-            mine = found.of(name, damping)
+    for name in result.forms:
+        for damping in result.dampings:
+            mine = result.of(name, damping)
             fitted = slope_of(mine)
             slow = min((c for c in mine if c.measured), key=lambda c: c.rate, default=None)
             if fitted is None or slow is None or slow.measured is None:
@@ -102,7 +102,7 @@ def _exponents(found: Delays) -> Iterator[tuple[str, float, tuple[float, float, 
             yield name, damping, fitted, slow, theory, ratio_limit(mine)
 
 
-def words(found: Delays) -> list[str]:
+def words(result: Delays) -> list[str]:
     """The theory, its one number of each system, and how to judge it."""
     return [
         "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
@@ -111,7 +111,7 @@ def words(found: Delays) -> list[str]:
         "term counts, and the time T0 by which the snap precedes the end of the normal form on the one "
         "trajectory that leaves the fold by itself.",
         "c a2 in s^-4/rad: "
-        + ", ".join(f"{name} {form.product:.5g}" for name, form in found.forms.items())
+        + ", ".join(f"{name} {form.product:.5g}" for name, form in result.forms.items())
         + ".",
         "Exponents of the angle delay tend to 4/5 where inertia rules and to 2/3 where damping does, of "
         "the time delay to -1/5 and -1/3, but slowly: judge by measured / predicted at the slowest rate "
@@ -119,19 +119,19 @@ def words(found: Delays) -> list[str]:
     ]
 
 
-def tables(found: Delays) -> list[Table]:
+def tables(result: Delays) -> list[Table]:
     """Exponents and limits, then every cell."""
     exponents = [
         [name, damping, f"{fitted[1]:.0e} .. {fitted[2]:.0e}", slow.damping_ratio]
         + [fitted[0], theory, fitted[0] - 1.0, (slow.measured or 0.0) / slow.predicted, limit]
-        for name, damping, fitted, slow, theory, limit in _exponents(found)
+        for name, damping, fitted, slow, theory, limit in _exponents(result)
     ]
-    names = list(found.forms)
+    names = list(result.forms)
     rows = [
         [c.system, c.damping, c.rate, c.damping_ratio, c.measured, c.predicted, c.next_order, c.error]
         + [None if c.measured is None else c.measured / of for of in (c.predicted, c.next_order)]
         + [c.seconds, c.problem]
-        for c in sorted(found.cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
+        for c in sorted(result.cells, key=lambda c: (names.index(c.system), c.damping, c.rate))
     ]
     return [
         Table(
@@ -153,33 +153,33 @@ def tables(found: Delays) -> list[Table]:
         Table(
             "T0: by how much the snap precedes the end of the fold's normal form",
             ["system", "nu (1/s)", "T0 (s)", "doubt (s)"],
-            [[e.system, e.damping, e.lead.time, e.lead.error] for e in found.escapes],
+            [[e.system, e.damping, e.lead.time, e.lead.error] for e in result.escapes],
             ["s", "g", ".5f", ".0e"],
             "Of one escape from the fold, the clamp held. doubt: of its extrapolation to no push.",
         ),
     ]
 
 
-def drawings(found: Delays) -> Iterator[Drawing]:
+def drawings(result: Delays) -> Iterator[Drawing]:
     """The paper's Figs. 6 to 9."""
     for group, title in (
         ("beam", "The beam (paper, Figs. 6 and 7)"),
         ("ribbon", "The ribbon (paper, Figs. 8 and 9)"),
     ):
-        if set(GROUPS[group]) <= set(found.forms):
+        if set(GROUPS[group]) <= set(result.forms):
             yield Drawing(
                 f"delay-{group}.png",
                 f"{title}: measured delays (circles), the prediction from the static fold (lines), "
                 "and the one to the next order (dashed).",
-                _draw(found.cells, found.forms, GROUPS[group]),
+                _draw(result.cells, result.forms, GROUPS[group]),
             )
 
 
-def values(found: Delays) -> dict[str, Any]:
+def values(result: Delays) -> dict[str, Any]:
     """The numbers for programs."""
     return {
-        "products": {name: form.product for name, form in found.forms.items()},
-        "folds": {name: form.angle for name, form in found.forms.items()},
+        "products": {name: form.product for name, form in result.forms.items()},
+        "folds": {name: form.angle for name, form in result.forms.items()},
         "exponents": [
             {
                 "system": name,
@@ -188,12 +188,12 @@ def values(found: Delays) -> dict[str, Any]:
                 "rates": fitted[1:],
                 "limit": limit,
             }
-            for name, damping, fitted, _, _, limit in _exponents(found)
+            for name, damping, fitted, _, _, limit in _exponents(result)
         ],
-        "cells": [vars(c) for c in found.cells],
+        "cells": [vars(c) for c in result.cells],
         "leads": [
             {"system": e.system, "damping": e.damping, "T0": e.lead.time, "error": e.lead.error}
-            for e in found.escapes
+            for e in result.escapes
         ],
     }
 

@@ -254,7 +254,7 @@ class Phases:
 def phases(sweep: Sweep, step: float) -> Phases:
     """What Fig. 16 is drawn from; `step` is the rods' grid in the phase diagram, in L."""
     grid = [(round(step * k, 9), step, NODES[0]) for k in range(round(0.6 / step), 0, -1)]
-    found = sweep("stable states", cells, grid, cost=lambda work: chord_limit(work[0]))
+    result = sweep("stable states", cells, grid, cost=lambda work: chord_limit(work[0]))
     curves = sweep(
         "states against the shear", heights, [(value, ELEMENTS, NODES[0]) for value in COMPRESSIONS]
     )
@@ -268,7 +268,7 @@ def phases(sweep: Sweep, step: float) -> Phases:
         tuple(curves),
         LINES,
         tuple(forks),
-        tuple(record for records in found for record in records),
+        tuple(record for records in result for record in records),
         tuple(shapes),
     )
 
@@ -276,13 +276,13 @@ def phases(sweep: Sweep, step: float) -> Phases:
 def snapshots(sweep: Sweep) -> tuple[Snapshot, ...]:
     """What Fig. 2 is drawn from."""
     work = [(path, model) for path in (1, 2) for model in ("kirchhoff", "der")]
-    found = sweep("snapshots", snapshots_of, work, prepare=lambda: warm_up("kirchhoff", "der"))
-    return tuple(shot for shots in found for shot in shots)
+    result = sweep("snapshots", snapshots_of, work, prepare=lambda: warm_up("kirchhoff", "der"))
+    return tuple(shot for shots in result for shot in shots)
 
 
 def swept(sweep: Sweep) -> dict[str, tuple[Swept, ...]]:
     """What Fig. 5 is drawn from: the sweeps over compression and over shear."""
     scenes = [Scene(compression=value, shear=0.37) for value in SWEPT]
     scenes += [Scene(compression=0.40, shear=value) for value in SWEPT]
-    found = sweep("critical angles", swept_scene, [(scene, ELEMENTS, NODES) for scene in scenes])
-    return {"compression": tuple(found[: len(SWEPT)]), "shear": tuple(found[len(SWEPT) :])}
+    result = sweep("critical angles", swept_scene, [(scene, ELEMENTS, NODES) for scene in scenes])
+    return {"compression": tuple(result[: len(SWEPT)]), "shear": tuple(result[len(SWEPT) :])}

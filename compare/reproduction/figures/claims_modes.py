@@ -87,10 +87,10 @@ def _barrier(bounds: tuple[Bound, ...]) -> Verdict:
     )
 
 
-def _of(found: Diagrams, model: str = "der") -> list[Diagram]:
+def _of(result: Diagrams, model: str = "der") -> list[Diagram]:
     """The diagrams of one model, in the paper's order."""
-    mine = [diagram for diagram in found.diagrams if diagram.model == model]
-    return mine or list(found.diagrams)
+    mine = [diagram for diagram in result.diagrams if diagram.model == model]
+    return mine or list(result.diagrams)
 
 
 def _share(diagram: Diagram, name: str) -> float:

@@ -52,8 +52,8 @@ def _rings(moved: dict[str, Moved], system: str) -> Verdict:
     )
 
 
-def _groups(found: Delays, figure: str, damping: float) -> dict[str, list[Cell]]:
-    return {name: found.of(name, damping) for name in SCALED[figure]}
+def _groups(result: Delays, figure: str, damping: float) -> dict[str, list[Cell]]:
+    return {name: result.of(name, damping) for name in SCALED[figure]}
 
 
 def _exponent(delays: Delays, figure: str, inertial: bool) -> Verdict:
@@ -113,10 +113,10 @@ def _times(delays: Delays) -> Verdict:
     )
 
 
-def _apart(found: Delays) -> float:
+def _apart(result: Delays) -> float:
     """The largest relative difference of the two models' delays of the planar beam."""
     elements, rods = (
-        {(c.damping, c.rate): c.measured for c in found.cells if c.system == name and c.measured}
+        {(c.damping, c.rate): c.measured for c in result.cells if c.system == name and c.measured}
         for name in SCALED["fig7"]
     )
     return max(

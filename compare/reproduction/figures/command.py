@@ -108,22 +108,22 @@ _DRAWN: dict[str, tuple[Any, ...]] = {
 }
 
 
-def plates(found: Figures) -> Iterator[Plate]:
+def plates(result: Figures) -> Iterator[Plate]:
     """The figures that were asked for, in order."""
-    for name in found.asked:
+    for name in result.asked:
         function, *more = _DRAWN[name]
-        yield of_parts(function, found, *more)
+        yield of_parts(function, result, *more)
 
 
-def judgements(found: Figures) -> list[tuple[Claim, Verdict]]:
+def judgements(result: Figures) -> list[tuple[Claim, Verdict]]:
     """Every claim with its verdict, in the order of the figures."""
     claims = sorted(CLAIMS, key=lambda claim: NAMES.index(claim.figure))
-    return [(claim, claim.of(found)) for claim in claims]
+    return [(claim, claim.of(result)) for claim in claims]
 
 
-def words(found: Figures) -> list[str]:
+def words(result: Figures) -> list[str]:
     """How the claims fare, and how to read figures and verdicts."""
-    verdicts = [verdict.verdict for _, verdict in judgements(found)]
+    verdicts = [verdict.verdict for _, verdict in judgements(result)]
     asked = len(verdicts) - verdicts.count(NOT_ASKED)
     counts = ", ".join(f"{verdicts.count(name)} {name}" for name in (YES, CORRECTED, OPEN, NO))
     left = (
@@ -142,9 +142,9 @@ def words(found: Figures) -> list[str]:
     ]
 
 
-def tables(found: Figures) -> list[Table]:
+def tables(result: Figures) -> list[Table]:
     """Claims one by one, and where the paper contradicts itself."""
-    told = [(claim, verdict) for claim, verdict in judgements(found) if verdict.verdict != NOT_ASKED]
+    told = [(claim, verdict) for claim, verdict in judgements(result) if verdict.verdict != NOT_ASKED]
     made = [
         Table(
             f"The paper's claims, one by one: {name}",
@@ -170,28 +170,28 @@ def tables(found: Figures) -> list[Table]:
     ]
 
 
-def drawings(found: Figures) -> Iterator[Drawing]:
+def drawings(result: Figures) -> Iterator[Drawing]:
     """A picture of each figure, a PDF beside it."""
-    for plate in plates(found):
+    for plate in plates(result):
         yield Drawing(f"figures/{plate.name}.png", plate.caption, draw(plate), vector=True)
 
 
-def files(found: Figures) -> dict[str, str]:
+def files(result: Figures) -> dict[str, str]:
     """The data beside each figure."""
-    return {f"figures/{plate.name}.csv": to_csv(plate) for plate in plates(found)}
+    return {f"figures/{plate.name}.csv": to_csv(plate) for plate in plates(result)}
 
 
-def values(found: Figures) -> dict[str, Any]:
+def values(result: Figures) -> dict[str, Any]:
     """The numbers for programs."""
     return {
         "figures": [
             {"name": plate.name, "caption": plate.caption, "data": f"figures/{plate.name}.csv"}
-            for plate in plates(found)
+            for plate in plates(result)
         ],
         "claims": [
             {"says": claim.says, "where": claim.where, "figure": claim.figure, "command": claim.command}
             | asdict(verdict)
-            for claim, verdict in judgements(found)
+            for claim, verdict in judgements(result)
         ],
     }
 

@@ -55,11 +55,11 @@ def _thinned(x: Array, y: Array, width: float, limits: tuple[float, float]) -> t
     return x[pick], y[pick]
 
 
-def _ramps(found: Moved, letter: str, damping: float, against: str) -> Panel:
+def _ramps(result: Moved, letter: str, damping: float, against: str) -> Panel:
     """z(1/2) against the angle or the time, for the rates of one damping."""
-    chosen = [motion for motion in found.motions if motion.damping == damping]
+    chosen = [motion for motion in result.motions if motion.damping == damping]
     planar = chosen[0].system == "planar"
-    series: list[Series] = _rest(found.curve) if against == "angle" else []
+    series: list[Series] = _rest(result.curve) if against == "angle" else []
     ends = [_end(motion, against) for motion in chosen]
     limits = (0.0 if against == "angle" else min(end[0] for end in ends), max(end[1] for end in ends))
     if against == "angle":
@@ -122,21 +122,23 @@ def ramps(moved: dict[str, Moved]) -> Plate:
     )
 
 
-def _points(found: Delays, name: str, damping: float) -> tuple[Array, Array]:
-    cells = sorted((c for c in found.of(name, damping) if c.measured), key=lambda c: c.rate)
+def _points(result: Delays, name: str, damping: float) -> tuple[Array, Array]:
+    cells = sorted((c for c in result.of(name, damping) if c.measured), key=lambda c: c.rate)
     return np.array([c.rate for c in cells]), np.array([float(c.measured or 0.0) for c in cells])
 
 
-def _scaling(found: Delays, figure: str, letters: str) -> list[Panel]:
+def _scaling(result: Delays, figure: str, letters: str) -> list[Panel]:
     """Angle delay, time delay where there is a letter for it, and collapse."""
     elements, rods = SCALED[figure]
     kinds = ("angle", "time", "collapse") if len(letters) == 3 else ("angle", "collapse")
     series: dict[str, list[Series]] = {kind: [] for kind in kinds}
-    for k, damping in enumerate(found.dampings):
-        colour = TONES[k % len(TONES)] if len(found.dampings) <= len(TONES) else _tone(k, len(found.dampings))
+    for k, damping in enumerate(result.dampings):
+        colour = (
+            TONES[k % len(TONES)] if len(result.dampings) <= len(TONES) else _tone(k, len(result.dampings))
+        )
         for name, look in ((elements, "line"), (rods, "symbols")):
-            x, y = _points(found, name, damping)
-            scale = (found.forms[name].product * x) ** 0.2
+            x, y = _points(result, name, damping)
+            scale = (result.forms[name].product * x) ** 0.2
             said = f"nu = {damping:g}, {'finite elements' if look == 'line' else 'rods'}"
             label = rf"$\nu$ = {damping:g}" if look == "line" else ""
             points = {"angle": (x, y), "time": (x, y / x), "collapse": (damping / scale, y / x * scale)}
@@ -144,8 +146,8 @@ def _scaling(found: Delays, figure: str, letters: str) -> list[Panel]:
                 tag = label if kind == kinds[0] else ""
                 series[kind].append(Series(said, *points[kind], look, colour, label=tag))
     # of one system: knots of two lie so close to each other that a spline would swing between them
-    curve = universal_curve([cell for cell in found.cells if cell.system == elements], found.forms)
-    ends = [cell.damping_ratio for cell in found.cells if cell.system == elements]
+    curve = universal_curve([cell for cell in result.cells if cell.system == elements], result.forms)
+    ends = [cell.damping_ratio for cell in result.cells if cell.system == elements]
     span = np.geomspace(min(ends), max(ends), 80)
     f = np.exp(curve(np.log(span)))
     series["collapse"].append(Series("predicted, f(Lambda)", span, f, "thin", "black", label="predicted"))
@@ -156,7 +158,7 @@ def _scaling(found: Delays, figure: str, letters: str) -> list[Panel]:
         series["collapse"].append(Series(said, span, values, look, "black", label=said))
     for kind, least in (("angle", 1.0), ("time", 0.0)):
         if kind in series:
-            series[kind] += _slopes(found, elements, least)
+            series[kind] += _slopes(result, elements, least)
     words = {
         "angle": (RATE, r"angle delay $\Delta\alpha$ (rad)", (None, None)),
         "time": (RATE, "time delay $T_s$ (s)", (None, None)),
@@ -180,14 +182,14 @@ def _tone(k: int, count: int) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _slopes(found: Delays, name: str, least: float) -> list[Series]:
+def _slopes(result: Delays, name: str, least: float) -> list[Series]:
     """Straight lines of the limiting exponents beside the least and the most damped delays."""
     made = []
     for damping, power, said in (
-        (min(found.dampings), 4.0 / 5.0, "4/5" if least else "-1/5"),
-        (max(found.dampings), 2.0 / 3.0, "2/3" if least else "-1/3"),
+        (min(result.dampings), 4.0 / 5.0, "4/5" if least else "-1/5"),
+        (max(result.dampings), 2.0 / 3.0, "2/3" if least else "-1/3"),
     ):
-        x, y = _points(found, name, damping)
+        x, y = _points(result, name, damping)
         if len(x) < 2:
             continue
         away = 0.6 if power > 0.7 else 1.7
@@ -216,8 +218,8 @@ def scaling(delays: Delays) -> Plate:
 
 def ribbon(moved: dict[str, Moved], delays: Delays, path: str, figure: str) -> Plate:
     """Figs. 8 and 9: a path's snaps and delays."""
-    number, found = figure.removeprefix("fig"), moved[path]
-    panels = [_ramps(found, "A", OVERDAMPED, "angle"), _ramps(found, "B", UNDERDAMPED, "angle")]
+    number, result = figure.removeprefix("fig"), moved[path]
+    panels = [_ramps(result, "A", OVERDAMPED, "angle"), _ramps(result, "B", UNDERDAMPED, "angle")]
     return Plate(
         figure,
         f"The ribbon at (dL, dW) = (0.40, 0.37) L, {_TITLES[path]} (paper, Fig. {number}): (A, B) height "
@@ -232,12 +234,12 @@ def ribbon(moved: dict[str, Moved], delays: Delays, path: str, figure: str) -> P
     )  # fmt: skip
 
 
-def _named(found: Settled, chosen: Sequence[CaseVerdict], letter: str, against: str) -> Panel:
+def _named(result: Settled, chosen: Sequence[CaseVerdict], letter: str, against: str) -> Panel:
     """z(1/2) of named runs against the angle or the time, and of the latter the angle too."""
     scene = chosen[0].case.scene
     series: list[Series] = []
     if against == "angle":
-        series += _rest(found.curves[scene.compression])
+        series += _rest(result.curves[scene.compression])
     reach = max((v.case.scene.stop or 0.0) for v in chosen)
     limits = (0.0, 1.04 * reach)
     if against == "time":
@@ -338,23 +340,23 @@ def _map(diagram: Diagram, letter: str, cases: Sequence[Named]) -> Panel:
     return Panel(title, RATE, r"damping $\nu$ (1/s)", tuple(series), diagram=diagram, named=tuple(cases))
 
 
-def maps(found: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
+def maps(result: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
     """Figs. 11 and 14: what ramps do over rate and damping."""
     panels = tuple(
         _map(diagram, letter, cases.get(diagram.scene.compression, ()))
-        for letter, diagram in zip("ABCDEFGHIJKL", found.diagrams, strict=False)
+        for letter, diagram in zip("ABCDEFGHIJKL", result.diagrams, strict=False)
     )
     there = [
         name
-        for name in found.diagrams[0].outcomes
-        if any(np.nansum(d.shares[..., d.outcomes.index(name)]) > 0.0 for d in found.diagrams)
+        for name in result.diagrams[0].outcomes
+        if any(np.nansum(d.shares[..., d.outcomes.index(name)]) > 0.0 for d in result.diagrams)
     ]
     keys = [Series(name, NONE, NONE, "dots", COLOURS[name], "s") for name in there]
     keys += [
         Series("mixed cell", NONE, NONE, "symbols", "black"),
         Series("change, to 1 %", NONE, NONE, "dots", "black", "."),
     ]
-    for name in dict.fromkeys(n for d in found.diagrams for n, curve in d.predicted.items() if len(curve)):
+    for name in dict.fromkeys(n for d in result.diagrams for n, curve in d.predicted.items() if len(curve)):
         look = "dotted" if DASHES.get(name) == ":" else "dashed"
         keys.append(Series(SHORT.get(name, name), NONE, NONE, look, "black"))
     keys.append(Series("paper's runs", NONE, NONE, "symbols", "black", "*"))

@@ -127,8 +127,8 @@ def planar(planar: Planar) -> Plate:
     )
 
 
-def _paths_panel(found: Ribbons, path: int) -> Panel:
-    curve, rod, minus = found.paths.curve, found.paths.rod, found.paths.minus
+def _paths_panel(result: Ribbons, path: int) -> Panel:
+    curve, rod, minus = result.paths.curve, result.paths.rod, result.paths.minus
     plus_leg, minus_leg = leg(curve), leg(minus)
     final = last_leg(curve)[:2]
     legs = [minus_leg, final] if path == 1 else [plus_leg, minus_leg, final]
@@ -287,9 +287,9 @@ def curvatures(states: States) -> Plate:
     )
 
 
-def _phase_lines(found: Phases) -> list[Series]:
+def _phase_lines(result: Phases) -> list[Series]:
     """The pitchforks over the compression, splines in its square root: they leave the origin as roots."""
-    x = np.array([0.0, *found.lines])
+    x = np.array([0.0, *result.lines])
     root = np.linspace(0.0, np.sqrt(x[-1]), 300)
     made = []
     names = (
@@ -298,7 +298,7 @@ def _phase_lines(found: Phases) -> list[Series]:
         ("restored", "U stable again", "dotted"),
     )
     for name, said, look in names:
-        shears = np.array([0.0, *(getattr(fork, name) or np.nan for fork in found.forks)])
+        shears = np.array([0.0, *(getattr(fork, name) or np.nan for fork in result.forks)])
         made.append(
             Series(f"{said}, finite elements", root**2, CubicSpline(np.sqrt(x), shears)(root), look, "black",
                    label=said)

@@ -162,10 +162,10 @@ def moved(system: str, sweep: Sweep) -> Moved:
         for damping, rates in RATES.items()
         for rate in rates
     ]
-    found = sweep(
+    result = sweep(
         f"ramps, {system}", motion_of, work, cost=_cost, prepare=lambda: warm_up("kirchhoff", "der")
     )
-    return Moved(tuple(found), _curve(SCENES[system][0]))
+    return Moved(tuple(result), _curve(SCENES[system][0]))
 
 
 def scaled(figures: Sequence[str], dampings: tuple[float, ...], decades: int, sweep: Sweep) -> Delays:
@@ -176,7 +176,7 @@ def scaled(figures: Sequence[str], dampings: tuple[float, ...], decades: int, sw
 
 def width_matters(rate: float) -> tuple[float, float]:
     """Snap angle (rad) of Path 1 at nu = 1 with W = 0.2 and with W = 0.1, the ratios of stiffness kept."""
-    found = []
+    result = []
     for width in (0.2, 0.1):
         ribbon = Ribbon(width=width, bending_ratio=400.0, twist_ratio=1.4562)
         scene = replace(PATH_1, rate=rate, damping=1.0, stop=2.0, ribbon=ribbon)
@@ -184,8 +184,8 @@ def width_matters(rate: float) -> tuple[float, float]:
             scene, configurations=False, until="snap", **POLICY["kirchhoff"]
         )
         snap = history.crossing()
-        found.append(float("nan") if snap is None else snap[1])
-    return found[0], found[1]
+        result.append(float("nan") if snap is None else snap[1])
+    return result[0], result[1]
 
 
 @dataclass(frozen=True)

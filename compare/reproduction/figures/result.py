@@ -51,12 +51,12 @@ Made = TypeVar("Made")
 _PARTS = tuple(item.name for item in fields(Figures))
 
 
-def of_parts(function: Callable[..., Made], found: Figures, *more: Any) -> Made:
+def of_parts(function: Callable[..., Made], result: Figures, *more: Any) -> Made:
     """What a function makes of the parts of a result that its first parameters name, and of `more`."""
     parts = []
     for name in signature(function).parameters:
         if name in _PARTS:
-            part = getattr(found, name)
+            part = getattr(result, name)
             assert part is not None
             parts.append(part)
     return function(*parts, *more)

@@ -63,11 +63,11 @@ class Claim:
         """What shows it."""
         return f"ribbonfem figures --only {self.figure}"
 
-    def of(self, found: Figures) -> Verdict:
+    def of(self, result: Figures) -> Verdict:
         """The verdict of a result."""
-        if self.figure not in found.asked:
+        if self.figure not in result.asked:
             return Verdict(NOT_ASKED, "")
-        return of_parts(self.judge, found, *self.more)
+        return of_parts(self.judge, result, *self.more)
 
 
 def percent(value: float) -> str:

@@ -31,11 +31,11 @@ def bound_column(arguments: tuple[float, int, int]) -> dict[str, Any]:
     def window(share: float) -> float:
         """alpha_c2 - alpha_c1 of a scene between the pitchforks."""
         scene = Scene(compression=compression, shear=low + share * width)
-        found = kirchhoff.folds(scene, elements=elements)
-        if len(found) > 1:
-            return found[1].angle - found[0].angle
+        result = kirchhoff.folds(scene, elements=elements)
+        if len(result) > 1:
+            return result[1].angle - result[0].angle
         minus = Scene(compression=compression, shear=scene.shear, start="U+S-")
-        return kirchhoff.folds(minus, elements=elements)[0].angle - found[0].angle
+        return kirchhoff.folds(minus, elements=elements)[0].angle - result[0].angle
 
     gone = float(brentq(window, 0.4, 0.85, xtol=5e-4))
     # clear of the states that fork there and of the fold that U+S- has there
@@ -65,18 +65,18 @@ def zero_of(column: dict[str, Any]) -> float | None:
     )
 
 
-def draw_bound(found: Sequence[dict[str, Any]]) -> Any:
+def draw_bound(result: Sequence[dict[str, Any]]) -> Any:
     """The bound over the compressions and shears of US; the map is smooth between its columns."""
     from matplotlib.colors import TwoSlopeNorm
 
     fig, ax = figure(1, width=6.8, height=4.8)
-    compressions = np.array([column["compression"] for column in found])
-    shares = np.arange(len(found[0]["shears"]))
+    compressions = np.array([column["compression"] for column in result])
+    shares = np.arange(len(result[0]["shears"]))
     many = np.linspace(compressions[0], compressions[-1], 121)
     kx, ky = min(3, len(compressions) - 1), min(3, len(shares) - 1)
 
     def between(name: str) -> Array:
-        values = np.array([column[name] for column in found])
+        values = np.array([column[name] for column in result])
         spline = RectBivariateSpline(compressions, shares, values, kx=kx, ky=ky)
         return np.asarray(spline(many, np.linspace(0.0, shares[-1], 81)))
 
@@ -90,12 +90,12 @@ def draw_bound(found: Sequence[dict[str, Any]]) -> Any:
     filled = ax.contourf(x, y, z, levels, cmap="RdBu_r", norm=norm)
     whole = [v for v in levels if v % 1.0 == 0.0 and v != 0.0]
     ax.contour(x, y, z, whole, colors="0.25", linewidths=0.4)
-    zeros = [zero_of(column) for column in found]
+    zeros = [zero_of(column) for column in result]
     if all(zero is not None for zero in zeros):
         ax.plot(
             many, line([zero or 0.0 for zero in zeros]), "k-", lw=2.0, label="equal: type 1 possible above"
         )
-    edges = {name: line([column[name] for column in found]) for name in ("gone", "broken", "merged")}
+    edges = {name: line([column[name] for column in result]) for name in ("gone", "broken", "merged")}
     ax.plot(many, edges["gone"], "k--", lw=1.2, label=r"$\alpha_{c1} = \alpha_{c2}$")
     ax.plot(many, edges["broken"], color="0.4", lw=1.2, label="U → US")
     ax.plot(many, edges["merged"], color="0.4", lw=1.2, ls="-.", label="US → S")

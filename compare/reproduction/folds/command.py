@@ -54,14 +54,14 @@ def observed_order(values: tuple[float, float, float], lengths: tuple[float, flo
     return None if math.isnan(order) else order
 
 
-def limit_of(found: tuple[Fold, Fold, Fold], nodes: tuple[int, int, int]) -> tuple[Fold, float]:
+def limit_of(result: tuple[Fold, Fold, Fold], nodes: tuple[int, int, int]) -> tuple[Fold, float]:
     """A rod's fold on three meshes: its limit, free of l^2 and l^4, and the change by the last step, rad.
 
     The extrapolation of two meshes leaves an error in l1^2 l2^2, so that two such differ by the
     ratio of l1^2 to l3^2.
     """
-    coarse = of_folds(found[0], found[1], edge_ratio(nodes[0], nodes[1]))
-    fine = of_folds(found[1], found[2], edge_ratio(nodes[1], nodes[2]))
+    coarse = of_folds(result[0], result[1], edge_ratio(nodes[0], nodes[1]))
+    fine = of_folds(result[1], result[2], edge_ratio(nodes[1], nodes[2]))
     limit = of_folds(coarse, fine, edge_ratio(nodes[0], nodes[2]))
     return limit, abs(limit.angle - fine.angle)
 
@@ -78,13 +78,13 @@ def _fold_rows(
         stretched = kirchhoff.folds(scene, elements=elements, extensible=True)
         rods, seconds = [], []
         for count in nodes:
-            found, taken = timed(partial(der.folds, scene, nodes=count))
-            if len(found) != len(plain):
+            result, taken = timed(partial(der.folds, scene, nodes=count))
+            if len(result) != len(plain):
                 raise SolverError(
-                    f"rods of {count} nodes have {len(found)} folds at {label}, the elements {len(plain)}: "
+                    f"rods of {count} nodes have {len(result)} folds at {label}, the elements {len(plain)}: "
                     "take more nodes"
                 )
-            rods.append(found)
+            rods.append(result)
             seconds.append(taken)
         for k, (fold, with_ea) in enumerate(zip(plain, stretched, strict=True)):
             meshes = (rods[0][k], rods[1][k], rods[2][k])
@@ -127,8 +127,8 @@ def _mesh_rows(meshes: tuple[int, ...], progress: Progress) -> tuple[list[list[A
     for count in progress("mesh convergence", meshes):
         row: list[Any] = [f"{count}"]
         for label, scene in REFINED:
-            found, seconds = timed(partial(kirchhoff.folds, scene, elements=count))
-            pairs = zip(found, reference[label], strict=True)
+            result, seconds = timed(partial(kirchhoff.folds, scene, elements=count))
+            pairs = zip(result, reference[label], strict=True)
             errors = [one.angle - exact.angle for one, exact in pairs]
             orders: list[float | None] = [None] * len(errors)
             # below some 1e-11 rounding decides
@@ -177,10 +177,10 @@ def _bound_rows(
     return rows, records
 
 
-def _swept_records(found: Sequence[Swept], nodes: tuple[int, int]) -> list[dict[str, Any]]:
+def _swept_records(result: Sequence[Swept], nodes: tuple[int, int]) -> list[dict[str, Any]]:
     ratio = edge_ratio(*nodes)
     records = []
-    for its in found:
+    for its in result:
         record: dict[str, Any] = {"compression": its.scene.compression, "shear": its.scene.shear}
         for k in range(2):
             limit = of_folds(its.coarse[k], its.fine[k], ratio).angle
@@ -289,27 +289,27 @@ def main(
     )
 
 
-def words(found: Folds) -> list[str]:
+def words(result: Folds) -> list[str]:
     """How far the models agree."""
-    records = found.records["folds"]
+    records = result.records["folds"]
     worst = max(records, key=lambda record: abs(record["difference"]))
     slowest = max(record["seconds"] for record in records)
     return [
-        f"Finite elements of a Kirchhoff rod ({found.elements} elements) and discrete elastic rods share no "
+        f"Finite elements of a Kirchhoff rod ({result.elements} elements) and discrete elastic rods share no "
         "mechanics. With the ribbon's stretching stiffness EA in both, the rods' folds tend to those of "
         f"the elements: over {len(records)} folds the largest difference of the limit is "
         f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
         f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
         "second table.",
-        *shear.words(found.sheared),
+        *shear.words(result.sheared),
     ]
 
 
-def tables(found: Folds) -> list[Table]:
+def tables(result: Folds) -> list[Table]:
     """Folds, mesh convergence, critical angles, the bound, pitchforks."""
-    counts = found.nodes
+    counts = result.nodes
     swept_rows = []
-    for record in found.records["sweeps"]:
+    for record in result.records["sweeps"]:
         row: list[Any] = [f"({record['compression']:.3f}, {record['shear']:.3f})"]
         for k in (1, 2):
             row += list(record[f"alpha_c{k}"].values())
@@ -321,7 +321,7 @@ def tables(found: Folds) -> list[Table]:
             + [f"DER {count}" for count in counts]
             + ["order", "limit", "±", "off", "s"]
             + [f"s, {count}" for count in counts],
-            found.folds,
+            result.folds,
             ["s", ".10f", ".7f", ".9f"] + [".7f"] * 3 + [".3f", ".9f", ".0e", "+.1e"] + [".2f"] * 4,
             "order: observed on the three meshes. limit: Richardson extrapolation in (N - 2)^-2 and its "
             "square; ±: what the last step of it changed; off: limit - elements with EA. s: seconds of "
@@ -335,7 +335,7 @@ def tables(found: Folds) -> list[Table]:
                 for label, _ in REFINED
                 for text in (f"{label[:12]}: alpha_c1", "order", "alpha_c2", "order", "s")
             ],
-            found.meshes,
+            result.meshes,
             ["s"] + ["+.1e", ".1f", "+.1e", ".1f", ".2f"] * len(REFINED),
             "order: of the error in the number of elements, from the row above.",
         ),
@@ -352,23 +352,23 @@ def tables(found: Folds) -> list[Table]:
             ["(dL, dW)/L", "elements", "elements, EA"]
             + [f"DER {count}" for count in counts[:2]]
             + ["DER limit", "limit - elements, EA", "type 1"],
-            found.bounds,
+            result.bounds,
             ["s"] + ["+.5f"] * 5 + ["+.1e", "s"],
             "Energies at rest. Where the difference is negative, a ribbon that leaves its first fold at "
             "rest cannot pass on to U- without U+S-; where it is positive it may, if little is damped.",
         ),
-        *shear.tables(found.sheared),
+        *shear.tables(result.sheared),
     ]
 
 
-def drawings(found: Folds) -> Iterator[Drawing]:
+def drawings(result: Folds) -> Iterator[Drawing]:
     """Figs. 4 and 5, appendices A and B, the bound."""
     yield Drawing(
         "folds-paths.png",
         "Paths 1 and 2 at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4): height and slope at midspan "
         "against the clamp angle. Black: the curve through U+S+ and U+S-, which is one; grey: its "
         "mirror image. U+S+ and U+S- have the same height at alpha = 0, and opposite slopes.",
-        draw_paths(found.paths),
+        draw_paths(result.paths),
     )
     yield Drawing(
         "folds-critical.png",
@@ -376,14 +376,14 @@ def drawings(found: Folds) -> Iterator[Drawing]:
         "finite elements, stable solid, unstable dashed; symbols: stable states of discrete rods. At "
         "(0.40, 0.40) rods of some 100 nodes or fewer have one curve where the elements have two: "
         "symbols without a line, at alpha < -0.5, lie on what is detached in the limit.",
-        draw_critical(list(found.swept.items()), found.nodes[1]),
+        draw_critical(list(result.swept.items()), result.nodes[1]),
     )
-    yield from shear.drawings(found.sheared)
+    yield from shear.drawings(result.sheared)
 
 
-def values(found: Folds) -> dict[str, Any]:
+def values(result: Folds) -> dict[str, Any]:
     """The numbers for programs."""
-    return {**found.records, **shear.values(found.sheared)}
+    return {**result.records, **shear.values(result.sheared)}
 
 
 COMMAND = Command(

@@ -13,9 +13,9 @@ from ribbonfem.output.style import colormaps, draw_curve, figure
 _ROD = "#d1495b"
 
 
-def draw_paths(found: Paths) -> Any:
+def draw_paths(result: Paths) -> Any:
     """Paths 1 and 2 (Fig. 4): height and slope at midspan against the clamp angle."""
-    curve, rod, minus, nodes = found.curve, found.rod, found.minus, found.nodes
+    curve, rod, minus, nodes = result.curve, result.rod, result.minus, result.nodes
     plus_leg, minus_leg = leg(curve), leg(minus)
     final = last_leg(curve)
     fig, axes = figure(2, 2, width=5.2, height=3.7)
@@ -95,20 +95,20 @@ def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> An
     """Fig. 5: curves for several compressions or shears, and their critical angles."""
     fig, axes = figure(2, 2, width=5.2, height=3.7)
     for row, (name, results) in enumerate(groups):
-        scenes = [found.scene for found in results]
+        scenes = [result.scene for result in results]
         left, right = axes[row]
         symbol, other = (r"\Delta L/L", r"\Delta W/L") if name == "compression" else (
             r"\Delta W/L", r"\Delta L/L"
         )  # fmt: skip
         fixed = scenes[0].shear if name == "compression" else scenes[0].compression
         values = [getattr(scene, name) for scene in scenes]
-        for k, (value, found) in enumerate(zip(values, results, strict=True)):
+        for k, (value, result) in enumerate(zip(values, results, strict=True)):
             colour = colormaps["viridis"](0.88 * k / max(1, len(values) - 1))
-            curve, rod = found.curve, found.rod
+            curve, rod = result.curve, result.rod
             draw_curve(left, curve.angle, curve.height, curve.stable, colour, f"${value:.2f}$", width=1.2)
             picked = np.array([k for k in crowd(rod, 0.03) if rod.stable[k]], dtype=int)
             left.plot(rod.angle[picked], rod.height[picked], "o", ms=3, mfc="none", mec=colour, mew=0.7)
-            for fold in found.plain:
+            for fold in result.plain:
                 left.plot(fold.angle, fold.height, "k.", ms=6, zorder=5)
         left.plot([], [], "o", ms=3, mfc="none", color="0.3", label=f"DER, {nodes}")
         left.plot([], [], "k.", ms=6, label=r"$\alpha_{c1},\,\alpha_{c2}$")
@@ -118,9 +118,9 @@ def draw_critical(groups: list[tuple[str, tuple[Swept, ...]]], nodes: int) -> An
         left.set(xlim=(-1.05, 0.75), xlabel=r"clamp angle $\alpha$ (rad)", ylabel=r"$z(1/2)/L$")
         left.set_title(f"({'ac'[row]}) ${other} = {fixed:.2f}$")
         for k, (tone, marker) in enumerate((("#1d4e89", "o"), ("#b23a48", "s"))):
-            smooth = [found.plain[k].angle for found in results]
+            smooth = [result.plain[k].angle for result in results]
             right.plot(values, smooth, "-", color=tone, label=f"$\\alpha_{{c{k + 1}}}$, finite elements")
-            rods = [found.fine[k].angle for found in results]
+            rods = [result.fine[k].angle for result in results]
             right.plot(values, rods, marker, ms=5, mfc="none", mec=tone, label=f"$\\alpha_{{c{k + 1}}}$, DER")
         right.set(xlabel=f"${symbol}$", ylabel=r"$\alpha_c$ (rad)", ylim=(0.0, 0.72))
         right.set_title(f"({'bd'[row]}) ${other} = {fixed:.2f}$")

@@ -34,9 +34,9 @@ from ribbonfem.results import RestState
 from .bound import bound_column, draw_bound, zero_of
 
 
-def _draw_heights(ax: Any, found: Sequence[Heights]) -> None:
-    for k, its in enumerate(found):
-        colour = colormaps["viridis"](0.85 * k / max(1, len(found) - 1))
+def _draw_heights(ax: Any, result: Sequence[Heights]) -> None:
+    for k, its in enumerate(result):
+        colour = colormaps["viridis"](0.85 * k / max(1, len(result) - 1))
         for name, x, y, stable in its.lines:
             draw_curve(ax, x, y, stable, colour, f"{its.compression:.1f}" if name == "U" else "", 1.3)
         for name, shear, height in its.symbols:
@@ -152,7 +152,7 @@ def compute(sweep: Sweep, *, step: float, columns: int, rows: int, elements: int
     """
     bounds = [(float(value), rows, MAP_ELEMENTS) for value in np.linspace(*MAPPED, columns)]
     grid = [(round(step * k, 9), step, nodes) for k in range(round(0.6 / step), 0, -1)]
-    found = sweep("static bound", bound_column, bounds)
+    result = sweep("static bound", bound_column, bounds)
     phases = sweep("stable states", cells, grid, cost=lambda work: chord_limit(work[0]))
     lines = sweep("states against the shear", heights, [(value, elements, nodes) for value in COMPRESSIONS])
     work = [(value, MAP_ELEMENTS) for value in LINES] + [(value, 32) for value in TABULATED]
@@ -166,28 +166,28 @@ def compute(sweep: Sweep, *, step: float, columns: int, rows: int, elements: int
         phases=tuple(record for records in phases for record in records),
         states=tuple(kirchhoff.state(scene, elements=elements) for scene in four),
         rods=tuple(der.state(scene, nodes=nodes) for scene in four),
-        columns=tuple(found),
+        columns=tuple(result),
     )
 
 
-def _apart(found: Sheared) -> tuple[float, float]:
+def _apart(result: Sheared) -> tuple[float, float]:
     """Median and largest distance of heights between the models, L."""
-    distances = [distance for its in found.heights for distance in its.distances()]
+    distances = [distance for its in result.heights for distance in its.distances()]
     return float(np.median(distances)), max(distances)
 
 
-def words(found: Sheared) -> list[str]:
+def words(result: Sheared) -> list[str]:
     """How far the models agree."""
-    agreeing = sum(record["kirchhoff"] == record["der"] for record in found.phases)
-    middle, worst = _apart(found)
+    agreeing = sum(record["kirchhoff"] == record["der"] for record in result.phases)
+    middle, worst = _apart(result)
     return [
-        f"Phases agree in {agreeing} of {len(found.phases)} scenes of the grid between the elements and "
-        f"rods of {found.nodes} nodes. Heights of states at alpha = 0, both with EA, differ by "
+        f"Phases agree in {agreeing} of {len(result.phases)} scenes of the grid between the elements and "
+        f"rods of {result.nodes} nodes. Heights of states at alpha = 0, both with EA, differ by "
         f"{middle:.0e} L in the median and by up to {worst:.0e} L, near z = 0 where a height rises as a root."
     ]
 
 
-def tables(found: Sheared) -> list[Table]:
+def tables(result: Sheared) -> list[Table]:
     """The pitchforks."""
     return [
         Table(
@@ -195,7 +195,7 @@ def tables(found: Sheared) -> list[Table]:
             ["dL/L", "U → US", "US → S", "U regained", "longest chord"],
             [
                 [f"{value:.2f}", fork.broken, fork.merged, fork.restored, chord_limit(value)]
-                for value, fork in zip(TABULATED, found.tabulated, strict=True)
+                for value, fork in zip(TABULATED, result.tabulated, strict=True)
             ],
             ["s", ".9f", ".9f", ".9f", ".6f"],
             "U regained: beyond it the unbroken U is stable again, beside S. Inextensible, 32 elements.",
@@ -203,11 +203,11 @@ def tables(found: Sheared) -> list[Table]:
     ]
 
 
-def drawings(found: Sheared) -> Iterator[Drawing]:
+def drawings(result: Sheared) -> Iterator[Drawing]:
     """States, curvatures, the bound."""
     fig, (left, right) = figure(2, width=5.6, height=4.2)
-    _draw_heights(left, found.heights)
-    _draw_phases(right, found.forks, found.phases)
+    _draw_heights(left, result.heights)
+    _draw_phases(right, result.forks, result.phases)
     yield Drawing(
         "folds-states.png",
         "States at alpha = 0 (paper, appendix B). (a) Height at midspan against the shear: lines by "
@@ -219,29 +219,29 @@ def drawings(found: Sheared) -> Iterator[Drawing]:
     yield Drawing(
         "folds-curvatures.png",
         "Curvatures and twist of the four states at (0.40, 0.37) L (paper, appendix A). Lines: "
-        f"finite elements; symbols: rods, within {_twist_apart(found.states, found.rods):.2g}/L in twist. "
+        f"finite elements; symbols: rods, within {_twist_apart(result.states, result.rods):.2g}/L in twist. "
         "kappa1, in the ribbon's plane, is drawn twenty times larger.",
-        _draw_profiles(found.states, found.rods),
+        _draw_profiles(result.states, result.rods),
     )
     yield Drawing(
         "folds-bound.png",
         "Energy of U+S+ at its first fold over that of the saddle between U+S- and U- at the same "
         "angle. Blue: below the saddle, so that no type 1 skipping follows a slow ramp. Hatched: "
         "U+S- has folded before U+S+ does.",
-        draw_bound(found.columns),
+        draw_bound(result.columns),
     )
 
 
-def values(found: Sheared) -> dict[str, Any]:
+def values(result: Sheared) -> dict[str, Any]:
     """The numbers for programs."""
-    middle, worst = _apart(found)
+    middle, worst = _apart(result)
     return {
-        "phases": list(found.phases),
+        "phases": list(result.phases),
         "heights_within": {"median": middle, "largest": worst},
-        "twist_within": _twist_apart(found.states, found.rods),
+        "twist_within": _twist_apart(result.states, result.rods),
         "pitchforks": [
             {"compression": value, "broken": f.broken, "merged": f.merged, "restored": f.restored}
-            for value, f in zip(TABULATED, found.tabulated, strict=True)
+            for value, f in zip(TABULATED, result.tabulated, strict=True)
         ],
-        "bound_map": [{**column, "zero": zero_of(column)} for column in found.columns],
+        "bound_map": [{**column, "zero": zero_of(column)} for column in result.columns],
     }

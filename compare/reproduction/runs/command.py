@@ -114,36 +114,36 @@ def _agrees(verdict: CaseVerdict) -> str:
     return "yes" if ours == verdict.case.paper else "open" if ours == "sensitive" else "NO"
 
 
-def words(found: NamedCases) -> list[str]:
+def words(result: NamedCases) -> list[str]:
     """How many cases end as the paper says, and what the types mean."""
-    agreeing = [_agrees(verdict) for verdict in found.verdicts]
-    coarse, fine = found.nodes
+    agreeing = [_agrees(verdict) for verdict in result.verdicts]
+    coarse, fine = result.nodes
     return [
         f"Of {len(agreeing)} cases {agreeing.count('yes')} end as the paper says, {agreeing.count('open')} "
         f"are sensitive: there the outcome, or a snap by more than {SCATTER:g} rad, changes between "
-        f"N = {coarse} and {fine}, tolerances {found.tolerance:g} and {10 * found.tolerance:g} L, or with a "
-        "method that has no damping of its own, or with the finite elements on 6 and 8 elements, which share "
-        "no mechanics with the rods: no single run decides it.",
+        f"N = {coarse} and {fine}, tolerances {result.tolerance:g} and {10 * result.tolerance:g} L, or "
+        "with a method that has no damping of its own, or with the finite elements on 6 and 8 elements, which "
+        "share no mechanics with the rods: no single run decides it.",
         "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
         "that U+S- is gone. The rule is written down in ribbonfem.outcomes.",
     ]
 
 
-def tables(found: NamedCases) -> list[Table]:
+def tables(result: NamedCases) -> list[Table]:
     """Outcomes and snap angles, the paper's beside ours."""
-    count = len(found.euler)
+    count = len(result.euler)
     rows = [
         [v.case.label, v.case.where, v.case.paper, v.outcome, _agrees(v)]
         + [_shown(v.first), _shown(v.elements[0]), _shown(v.second), _shown(v.elements[1])]
         + [run.outcome for run in v.runs[len(v.runs) - count :]]
-        for v in found.verdicts
+        for v in result.verdicts
     ]
     return [
         Table(
             "Outcomes and snap angles",
             ["case", "paper's", "paper", "here", "agree", "first snap (t_z = 0), rods", "elements"]
             + ["second snap (z = 0), rods", "elements"]
-            + [f"Euler {step:g} s" for step in found.euler],
+            + [f"Euler {step:g} s" for step in result.euler],
             rows,
             ["s"] * (9 + count),
             "±: of rods a quarter of the extrapolation in the mesh, plus the change over a decade of "
@@ -153,17 +153,17 @@ def tables(found: NamedCases) -> list[Table]:
     ]
 
 
-def drawings(found: NamedCases) -> Iterator[Drawing]:
+def drawings(result: NamedCases) -> Iterator[Drawing]:
     """The paper's Figs. 10, 12 and 13."""
     for kind, caption in (
         ("skipping", "Mode skipping (paper, Fig. 10). Grey: equilibria, stable solid, unstable dashed."),
         ("selection", "Mode selection (paper, Figs. 12 and 13). Grey: equilibria."),
     ):
-        if any(verdict.case.kind == kind for verdict in found.verdicts):
-            yield Drawing(f"cases-{kind}.png", caption, _draw(found.verdicts, found.branches, kind))
+        if any(verdict.case.kind == kind for verdict in result.verdicts):
+            yield Drawing(f"cases-{kind}.png", caption, _draw(result.verdicts, result.branches, kind))
 
 
-def values(found: NamedCases) -> dict[str, Any]:
+def values(result: NamedCases) -> dict[str, Any]:
     """The numbers for programs."""
     return {
         "cases": [
@@ -178,7 +178,7 @@ def values(found: NamedCases) -> dict[str, Any]:
                 "elements_second": v.elements[1],
                 "runs": [vars(run) for run in v.runs],
             }
-            for v in found.verdicts
+            for v in result.verdicts
         ]
     }
 

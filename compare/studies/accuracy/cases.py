@@ -212,12 +212,12 @@ def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
     From the signature; where that leaves a value open (None), from what the run says it was made with.
     """
     function = "simulate" if dynamic else "folds"
-    found = dict(defaults_of(family.model, function))
+    result = dict(defaults_of(family.model, function))
     if dynamic:
         still = _planar(0.40, 1.0, 1.0, 1e-9)
         history: History = function_of(family.model, "simulate")(still, **family.fixed)
-        found.update(history.policy)
-    return {name: found[name] for name in _NAMED if found.get(name) is not None}
+        result.update(history.policy)
+    return {name: result[name] for name in _NAMED if result.get(name) is not None}
 
 
 def entries(group: str, family: Family) -> list[Entry]:
@@ -249,11 +249,11 @@ def observed(history: History, model: str, look: float) -> dict[str, Any]:
     SolverError
         If there was no snap.
     """
-    found = history.crossing()
-    if found is None:
+    result = history.crossing()
+    if result is None:
         raise SolverError("the height did not change sign")
     return {
-        "snap": found[1],
+        "snap": result[1],
         "shape": shape_at(history, model, look),
         "energy": energy_at(history, look),
         "balance": balance_of(history),
@@ -286,11 +286,11 @@ def measure(entry: Entry) -> Reading:
     """Run an entry once."""
     model, scene = entry.family.model, entry.case.scene
     try:
-        found, seconds = _answer(entry)
+        result, seconds = _answer(entry)
         if entry.case.dynamic:
-            return Reading(observed(found, model, entry.case.look), seconds, int(found.stats["steps"]))
+            return Reading(observed(result, model, entry.case.look), seconds, int(result.stats["steps"]))
         rest = at_rest(model, scene, {**entry.family.fixed, **entry.policy})
-        return Reading({"fold": found, "shape": rest.shape, "energy": rest.energy}, seconds)
+        return Reading({"fold": result, "shape": rest.shape, "energy": rest.energy}, seconds)
     except SolverError as error:
         return Reading({}, float("nan"), None, str(error).splitlines()[0])
 

@@ -51,13 +51,13 @@ _TITLES = {
 
 
 def _draw_group(
-    axes: Any, group: str, found: Mapping[tuple[str, str], Sequence[Candidate]], quantity: str
+    axes: Any, group: str, result: Mapping[tuple[str, str], Sequence[Candidate]], quantity: str
 ) -> None:
     from matplotlib.ticker import LogLocator, NullFormatter
 
     methods: set[str | None] = set()
     open_marks = False
-    for (its_group, family), its in found.items():
+    for (its_group, family), its in result.items():
         if its_group != group:
             continue
         colour = _COLOURS[family]
@@ -89,11 +89,11 @@ def _draw_group(
     axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def draw_fronts(found: Mapping[tuple[str, str], Sequence[Candidate]], primary: Mapping[str, str]) -> Any:
+def draw_fronts(result: Mapping[tuple[str, str], Sequence[Candidate]], primary: Mapping[str, str]) -> Any:
     """A panel a group: every policy a mark, the fronts lines, the defaults stars."""
     fig, grid = panels(len(primary), 2, 6.0, 3.9)
     for axes, group in zip(grid, primary, strict=True):
-        _draw_group(axes, group, found, primary[group])
+        _draw_group(axes, group, result, primary[group])
     return fig
 
 
@@ -108,18 +108,18 @@ def _look(study: Refined) -> tuple[str, str, str]:
 def _draw_studies(axes: Any, what: Sequence[tuple[Refined, Convergence]], title: str, label: str) -> None:
     from matplotlib.ticker import NullFormatter
 
-    for study, found in what:
+    for study, result in what:
         colour, marker, filling = _look(study)
         axes.loglog(
-            found.sizes,
-            np.where(found.errors > 0.0, found.errors, np.nan),
-            marker + ("-" if found.verified else ":"),
+            result.sizes,
+            np.where(result.errors > 0.0, result.errors, np.nan),
+            marker + ("-" if result.verified else ":"),
             ms=4,
             lw=1.0,
             alpha=0.8,
             color=colour,
             mfc=filling,
-            label=f"{study.label}: {found.order:.2f}",
+            label=f"{study.label}: {result.order:.2f}",
         )
     axes.set(title=title, xlabel=label, ylabel="error of the angle (rad)")
     axes.xaxis.set_minor_formatter(NullFormatter())

@@ -99,7 +99,7 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Can
     for row in rows:
         by_label.setdefault(row.entry.label, []).append(row)
     good = [mine for mine in by_label.values() if all(row.done for row in mine)]
-    found = [
+    result = [
         Candidate(
             mine[0].entry.case.group,
             mine[0].entry.family.name,
@@ -117,24 +117,24 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Can
         for mine in good
     ]
     worst: dict[str, dict[str, float]] = {}
-    for name in found[0].errors if found else ():
+    for name in result[0].errors if result else ():
         for one, error in settled(
-            found,
+            result,
             error=lambda c, name=name: c.errors[name],  # type: ignore[misc]
             kind=lambda c: _kind(c.policy),
             size=lambda c: _size(c.policy),
         ):
             worst.setdefault(one.label, {})[name] = error
-    return [replace(one, settled=worst[one.label]) for one in found]
+    return [replace(one, settled=worst[one.label]) for one in result]
 
 
-def front(found: Sequence[Candidate], quantity: str) -> list[Candidate]:
+def front(result: Sequence[Candidate], quantity: str) -> list[Candidate]:
     """Those that none other beats in both seconds and settled error, the quickest first.
 
     The gain in error must be worth the name (`WORTH`), else rounding would choose among equals.
     """
     members: list[Candidate] = []
-    for choice in sorted(found, key=lambda c: (c.seconds, c.settled[quantity])):
+    for choice in sorted(result, key=lambda c: (c.seconds, c.settled[quantity])):
         if not members or choice.settled[quantity] < WORTH * members[-1].settled[quantity]:
             members.append(choice)
     return members

@@ -84,7 +84,7 @@ def _in_motion() -> list[Refined]:
     planar, ribbon = "dynamic-planar", "dynamic-ribbon"
     nodes, finer = {"nodes": (51, 101, 201)}, {"nodes": (101, 201, 401)}
     two_node = {**_ROD_STEP, "clamp": "two-node"}
-    found = [
+    result = [
         Refined(
             group, label, model, _MOVING_BEAM if group == planar else _MOVING_RIBBON, "snap", over, policy
         )
@@ -104,8 +104,8 @@ def _in_motion() -> list[Refined]:
         (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
     ):
         over, policy = {"elements": meshes}, _ROD_STEP | stretching
-        found.append(Refined(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
-        found += [
+        result.append(Refined(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
+        result += [
             _in_step(
                 group,
                 "Kirchhoff, EA",
@@ -118,19 +118,19 @@ def _in_motion() -> list[Refined]:
             for method in MODEL_INFO["kirchhoff"].methods
         ]
     for model, label, elements in (("quasilinear", "quasi-linear", 16), ("elastica", "elastica", 6)):
-        found += [
+        result += [
             _in_step(planar, label, model, _MOVING_BEAM, method, _STEPS, {"elements": elements})
             for method in MODEL_INFO[model].methods
         ]
     # an iteration stopped early leaves an error that does not fall with the step
     exact = {"nodes": 26, "newton_tolerance": 1e-11}
     for group, scene in ((planar, _MOVING_BEAM), (ribbon, _MOVING_RIBBON)):
-        found += [
+        result += [
             _in_step(group, "DER", "der", scene, method, _ROD_STEPS, exact)
             for method in MODEL_INFO["der"].methods
             if method != "verlet"
         ]
-    return found
+    return result
 
 
 def refinements(groups: tuple[str, ...], models: tuple[str, ...]) -> list[Refined]:
@@ -142,20 +142,20 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def record(study: Refined, found: Convergence) -> dict[str, Any]:
+def record(study: Refined, result: Convergence) -> dict[str, Any]:
     """A study and what came of it, for programs."""
     return {
         "group": study.group,
         "label": study.label,
         "model": study.model,
         "quantity": study.quantity,
-        "over": found.over,
-        "at": list(found.at),
-        "sizes": list(found.sizes),
-        "errors": [float(e) for e in found.errors],
-        "orders": [_number(p) for p in found.orders],
-        "order": _number(found.order),
-        "expected": found.expected,
-        "verified": found.verified,
+        "over": result.over,
+        "at": list(result.at),
+        "sizes": list(result.sizes),
+        "errors": [float(e) for e in result.errors],
+        "orders": [_number(p) for p in result.orders],
+        "order": _number(result.order),
+        "expected": result.expected,
+        "verified": result.verified,
         "policy": dict(study.policy),
     }

@@ -151,16 +151,18 @@ def _at_rest(case: Bench, family: Family) -> Reference:
 
 
 def _limits(
-    found: Sequence[Mapping[str, Any]], sizes: Sequence[float]
+    result: Sequence[Mapping[str, Any]], sizes: Sequence[float]
 ) -> tuple[dict[str, Any], dict[str, Limit]]:
     """Second-order limits of snap, shape and energy of runs of falling size."""
-    points = found[0]["shape"].s
+    points = result[0]["shape"].s
     points = points[(points > -1e-12) & (points < 1.0 + 1e-12)]
     rows = {
-        "snap": [f["snap"] for f in found],
-        "energy": [f["energy"] for f in found],
+        "snap": [f["snap"] for f in result],
+        "energy": [f["energy"] for f in result],
         # on the same mesh these are the nodes themselves
-        "shape": [f["shape"].r if len(f["shape"].s) == len(points) else f["shape"].at(points) for f in found],
+        "shape": [
+            f["shape"].r if len(f["shape"].s) == len(points) else f["shape"].at(points) for f in result
+        ],
     }
     limits = {name: richardson(values, sizes, 2.0) for name, values in rows.items()}
     values: dict[str, Any] = {name: limit.value for name, limit in limits.items()}
@@ -192,13 +194,13 @@ def _rods_limit(case: Bench, tolerance: float) -> tuple[dict[str, Any], dict[str
 def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, float]]:
     """A ribbon's motion by elements, on a mesh and with a tolerance where little is left, and what is."""
 
-    def found(elements: int, tolerance: float) -> dict[str, Any]:
+    def result(elements: int, tolerance: float) -> dict[str, Any]:
         policy = {"elements": elements, "tolerance": tolerance, "extensible": True, "until": "snap"}
         return dict(observed(run("kirchhoff", case.scene, policy)[0], "kirchhoff", case.look))
 
     fine, tight = _ELEMENTS_IN_MOTION
-    best = found(fine, tight)
-    others = (found(fine - 2, tight), found(fine, 10.0 * tight))
+    best = result(fine, tight)
+    others = (result(fine - 2, tight), result(fine, 10.0 * tight))
     doubt = {name: sum(abs(other[name] - best[name]) for other in others) for name in ("snap", "energy")}
     doubt["shape"] = sum(other["shape"].distance(best["shape"]) for other in others)
     return {**best, "balance": 0.0}, doubt
@@ -206,8 +208,8 @@ def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, fl
 
 def _snap(case: Bench, policy: Mapping[str, Any]) -> float:
     history, _ = run("der", case.scene, {**policy, "until": "snap", "configurations": False})
-    found = history.crossing()
-    return float("nan") if found is None else found[1]
+    result = history.crossing()
+    return float("nan") if result is None else result[1]
 
 
 def _in_motion(case: Bench, family: Family) -> Reference:

@@ -70,7 +70,7 @@ def _select(group: str, model: str, row: str) -> list[Entry]:
         raise ValueError(f"model = {model!r}: must be all or one of {', '.join(MODELS)}")
     if row:
         groups, models = (row.split("/")[0],), tuple(MODELS)
-    found = [
+    result = [
         entry
         for g in groups
         for family in FAMILIES
@@ -78,14 +78,14 @@ def _select(group: str, model: str, row: str) -> list[Entry]:
         for entry in entries(g, family)
         if not row or entry.key == row
     ]
-    if row and not found:
+    if row and not result:
         raise ValueError(
             f"row = {row!r}: there is none; a row is GROUP/CASE/FAMILY/POLICY, as a full run's accuracy.json "
             "lists them"
         )
-    if not found:
+    if not result:
         raise ValueError(f"group = {group!r} and model = {model!r}: that model is not in the group")
-    return found
+    return result
 
 
 def _reference(work: tuple[Bench, Family]) -> Reference:
@@ -202,14 +202,14 @@ class Accuracy:
         def floor(item: Row, name: str) -> float:
             return self.known[_key_of(item.entry)].uncertainty[name]
 
-        found: dict[tuple[str, str], list[Candidate]] = {}
+        result: dict[tuple[str, str], list[Candidate]] = {}
         for row in self.rows:
             group, family = row.entry.case.group, row.entry.family.name
-            if (group, family) not in found:
+            if (group, family) not in result:
                 mine = [r for r in self.rows if (r.entry.case.group, r.entry.family.name) == (group, family)]
                 done = [r for r in mine if r.entry.label not in failing[family]]
-                found[group, family] = choices(done, floor)
-        return found
+                result[group, family] = choices(done, floor)
+        return result
 
     @cached_property
     def ranked(self) -> Ranking | None:
@@ -248,32 +248,32 @@ def main(
     groups = tuple(dict.fromkeys(entry.case.group for entry in selected))
     refined = orders_of.refinements(groups, models) if orders and not row else []
     studied = tuple(Study("orders", orders_of.Refined.found, refined).rows(sweep))
-    found = Accuracy(rounds, rows, known, studied, old, bool(row))
-    if not row and not defaults_of_fronts(found.choices):
+    result = Accuracy(rounds, rows, known, studied, old, bool(row))
+    if not row and not defaults_of_fronts(result.choices):
         raise SolverError("the default policy came to an end in no group; its rows alone: --row KEY says why")
-    return found
+    return result
 
 
-def _alone(found: Accuracy) -> list[str]:
+def _alone(result: Accuracy) -> list[str]:
     """The words of one row."""
-    entry = found.rows[0].entry
-    known = found.known[_key_of(entry)]
+    entry = result.rows[0].entry
+    known = result.known[_key_of(entry)]
     return [f"{entry.key}: reference: {known.source}, {'' if known.verified else 'not '}verified."]
 
 
-def words(found: Accuracy) -> list[str]:
+def words(result: Accuracy) -> list[str]:
     """How far the defaults are from the fronts, and what is not verified or failed."""
-    if found.alone:
-        return _alone(found)
-    defaults = defaults_of_fronts(found.choices)
+    if result.alone:
+        return _alone(result)
+    defaults = defaults_of_fronts(result.choices)
     worst = max(defaults, key=lambda r: r["distance"])
     near = sum(r["distance"] <= ALLOWED for r in defaults)
-    unverified = ["/".join(key) for key, ref in found.known.items() if not ref.verified]
-    failed = [r for r in found.rows if not r.done]
-    theory = _theory(found.known)
+    unverified = ["/".join(key) for key, ref in result.known.items() if not ref.verified]
+    failed = [r for r in result.rows if not r.done]
+    theory = _theory(result.known)
     text = [
-        f"{len(found.rows)} rows of {sum(map(len, found.choices.values()))} policies that came to an end in "
-        f"every scene, the least of {found.rounds} rounds. The default farthest from its front: "
+        f"{len(result.rows)} rows of {sum(map(len, result.choices.values()))} policies that came to an end "
+        f"in every scene, the least of {result.rounds} rounds. The default farthest from its front: "
         f"{worst['family']} in {worst['group']} ({worst['policy']}), {worst['distance']:.2f} times the "
         f"front's time at the same error; {near} of {len(defaults)} defaults are within a factor "
         f"{ALLOWED:g}.",
@@ -291,79 +291,79 @@ def words(found: Accuracy) -> list[str]:
             f"{len(failed)} rows have no answer: "
             + "; ".join(dict.fromkeys(f"{r.entry.key}: {r.problem[:90]}" for r in failed[:4]))
         )
-    if found.ranked is not None:
-        text.append(found.ranked.words())
+    if result.ranked is not None:
+        text.append(result.ranked.words())
     return text
 
 
-def _shown(found: Accuracy) -> list[Row]:
+def _shown(result: Accuracy) -> list[Row]:
     """The rows of the fronts of the first quantity, and the defaults."""
     members = {
         (*key, choice.label)
-        for key, its in found.choices.items()
+        for key, its in result.choices.items()
         for choice in front(its, _quantities(key[0])[0])
     }
     return [
         r
-        for r in found.rows
+        for r in result.rows
         if r.entry.default or (r.done and (r.entry.case.group, r.entry.family.name, r.entry.label) in members)
     ]
 
 
-def tables(found: Accuracy) -> list[Table]:
+def tables(result: Accuracy) -> list[Table]:
     """Defaults, fronts, orders, references, and the rows of the fronts."""
-    if found.alone:
-        return [rows_table(found.rows, "The row")]
+    if result.alone:
+        return [rows_table(result.rows, "The row")]
     return [
-        defaults_table(defaults_of_fronts(found.choices)),
-        fronts_table(found.choices),
-        *([orders_table(found.studied)] if found.studied else []),
-        references_table(found.known),
-        rows_table(_shown(found), "The rows of the fronts and the defaults"),
+        defaults_table(defaults_of_fronts(result.choices)),
+        fronts_table(result.choices),
+        *([orders_table(result.studied)] if result.studied else []),
+        references_table(result.known),
+        rows_table(_shown(result), "The rows of the fronts and the defaults"),
     ]
 
 
-def drawings(found: Accuracy) -> Iterator[Drawing]:
+def drawings(result: Accuracy) -> Iterator[Drawing]:
     """The fronts, and errors under refinement."""
-    if found.alone:
+    if result.alone:
         return
     yield Drawing(
         "accuracy-fronts.png",
         "Settled error of the fold or snap angle against CPU seconds, over the scenes of each group. "
         "Lines: fronts; stars: defaults.",
-        figures.draw_fronts(found.choices, {group: _quantities(group)[0] for group in found.groups}),
+        figures.draw_fronts(result.choices, {group: _quantities(group)[0] for group in result.groups}),
     )
-    if found.studied:
+    if result.studied:
         yield Drawing(
             "accuracy-orders.png",
             "Errors under refinement, with the orders observed by the three finest runs; dotted where "
             "the limit is not verified.",
-            figures.draw_orders(found.studied),
+            figures.draw_orders(result.studied),
         )
 
 
-def _numbers(found: Accuracy) -> dict[str, Any]:
+def _numbers(result: Accuracy) -> dict[str, Any]:
     return {
-        "rows": [r.record() for r in found.rows],
-        "choices": [c.record() for its in found.choices.values() for c in its],
+        "rows": [r.record() for r in result.rows],
+        "choices": [c.record() for its in result.choices.values() for c in its],
         "fronts": [
             {"group": g, "family": f, "quantity": name, "members": [c.label for c in front(its, name)]}
-            for (g, f), its in found.choices.items()
+            for (g, f), its in result.choices.items()
             for name in _quantities(g)
         ],
-        "defaults": defaults_of_fronts(found.choices),
-        "orders": [orders_of.record(s, c) for s, c in found.studied],
-        "references": {"/".join(key): ref.record() for key, ref in found.known.items()},
-        "theory": _theory(found.known),
+        "defaults": defaults_of_fronts(result.choices),
+        "orders": [orders_of.record(s, c) for s, c in result.studied],
+        "references": {"/".join(key): ref.record() for key, ref in result.known.items()},
+        "theory": _theory(result.known),
     }
 
 
-def values(found: Accuracy) -> dict[str, Any]:
+def values(result: Accuracy) -> dict[str, Any]:
     """The numbers for programs."""
-    if found.alone:
-        (row,) = found.rows
-        return {"row": row.record(), "reference": found.known[_key_of(row.entry)].record()}
-    return {**_numbers(found), "ranking": None if found.ranked is None else vars(found.ranked)}
+    if result.alone:
+        (row,) = result.rows
+        return {"row": row.record(), "reference": result.known[_key_of(row.entry)].record()}
+    return {**_numbers(result), "ranking": None if result.ranked is None else vars(result.ranked)}
 
 
 COMMAND = Command(

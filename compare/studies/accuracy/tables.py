@@ -48,10 +48,10 @@ def _nearest(choice: Candidate, members: Sequence[Candidate], quantity: str) -> 
     return min(exact, key=lambda m: m.seconds, default=choice)
 
 
-def defaults_of_fronts(found: Mapping[tuple[str, str], list[Candidate]]) -> list[dict[str, Any]]:
+def defaults_of_fronts(result: Mapping[tuple[str, str], list[Candidate]]) -> list[dict[str, Any]]:
     """How far each default is from its front, in every quantity."""
     records = []
-    for (group, family), its in found.items():
+    for (group, family), its in result.items():
         names = DYNAMIC if group.startswith("dynamic") else STATIC
         for choice in (c for c in its if c.default):
             fronts = {name: front(its, name) for name in names}
@@ -97,12 +97,12 @@ def defaults_table(records: Sequence[Mapping[str, Any]]) -> Table:
     )
 
 
-def fronts_table(found: Mapping[tuple[str, str], list[Candidate]]) -> Table:
+def fronts_table(result: Mapping[tuple[str, str], list[Candidate]]) -> Table:
     """The members of all fronts."""
-    quantity = {group: (DYNAMIC if group.startswith("dynamic") else STATIC)[0] for group, _ in found}
+    quantity = {group: (DYNAMIC if group.startswith("dynamic") else STATIC)[0] for group, _ in result}
     return Table.of(
         "The fronts: no other policy of the model is quicker and more exact",
-        [member for (group, _), its in found.items() for member in front(its, quantity[group])],
+        [member for (group, _), its in result.items() for member in front(its, quantity[group])],
         [
             *(("group", "s", "group"), ("model", "s", "family")),
             ("policy", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),

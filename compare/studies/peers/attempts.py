@@ -70,9 +70,9 @@ class Attempt:
             # the table has room for one line
             self.keep(note=str(failure).splitlines()[0][:110])
 
-    def keep(self, **found: Any) -> None:
+    def keep(self, **result: Any) -> None:
         """Keep what was found besides."""
-        self.timing = replace(self.timing, **found)
+        self.timing = replace(self.timing, **result)
 
 
 def attempted(title: str, runs: Sequence[Attempt], sweep: Sweep) -> Sequence[Attempt]:
@@ -111,10 +111,10 @@ def settled(runs: Sequence[Attempt], error: float = ERROR) -> Attempt | None:
 
 def _angle(history: History) -> float:
     """The angle at which z(1/2) = 0."""
-    found = history.crossing()
-    if found is None:
+    result = history.crossing()
+    if result is None:
         raise SolverError("z(1/2) did not change sign")
-    return found[1]
+    return result[1]
 
 
 def _ours(simulate: Callable[..., History], truth: float, **policy: Any) -> Go:
@@ -253,8 +253,8 @@ def branch_runs(program: peer_auto.Auto | None) -> list[Attempt]:
 
     def theirs(**policy: Any) -> Go:
         def go() -> tuple[float, float]:
-            found = program.run(folds=FOLDS, **policy)
-            return worst(found.folds), found.seconds
+            result = program.run(folds=FOLDS, **policy)
+            return worst(result.folds), result.seconds
 
         return go
 

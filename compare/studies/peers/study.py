@@ -209,36 +209,36 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     )
 
 
-def words(found: Peers) -> list[str]:
+def words(result: Peers) -> list[str]:
     """What errors are, the ratios at equal error, what is missing."""
     return [
         "Errors are those of the angle at which z(1/2) = 0, against a limit computed here "
-        f"({found.truth:.7f} rad planar, {found.turned:.5f} rad ribbon); CPU seconds on one thread.",
-        *_ratios(found.chosen, found.taken),
-        *(f"{lack}." for lack in found.lacking),
+        f"({result.truth:.7f} rad planar, {result.turned:.5f} rad ribbon); CPU seconds on one thread.",
+        *_ratios(result.chosen, result.taken),
+        *(f"{lack}." for lack in result.lacking),
     ]
 
 
-def tables(found: Peers) -> list[Table]:
+def tables(result: Peers) -> list[Table]:
     """Planar snap, ribbon snap, branch."""
     note = (
-        f"Ratios: to the row with 1.00, {found.rounds} runs by turns (PyElastica: one run). Errors of the "
+        f"Ratios: to the row with 1.00, {result.rounds} runs by turns (PyElastica: one run). Errors of the "
         "row without EA are against its own limit. The beams of Exudyn and PyElastica are shearable: its "
         "shear stiffness is noted, PyElastica's is what it sets, and alone moves the snap by some 1e-3."
     )
     return [
         Table.of(title, rows, _COLUMNS, said)
         for title, rows, said in (
-            ("Planar snap (0.40, 0), 0.1 rad/s, nu = 1", [found.planar[k] for k in found.shown], note),
+            ("Planar snap (0.40, 0), 0.1 rad/s, nu = 1", [result.planar[k] for k in result.shown], note),
             (
                 "Ribbon snap (0.40, 0.37) from U+S-, 0.1 rad/s, nu = 1",
-                found.ribbon,
+                result.ribbon,
                 "One run each. Exudyn starts from the static state of kirchhoff.",
             ),
             (
                 "The branch of (0.40, 0.40): four folds, the largest error of them",
-                found.branch,
-                f"Ratios: to the first row, {found.rounds} runs by turns. AUTO: intervals x collocation "
+                result.branch,
+                f"Ratios: to the first row, {result.rounds} runs by turns. AUTO: intervals x collocation "
                 "points, and its largest step; it starts from a given state, which kirchhoff finds "
                 "by itself.",
             ),
@@ -246,21 +246,21 @@ def tables(found: Peers) -> list[Table]:
     ]
 
 
-def drawings(found: Peers) -> Iterator[Drawing]:
+def drawings(result: Peers) -> Iterator[Drawing]:
     """Errors against CPU seconds."""
-    yield Drawing("peers.png", "Planar snap: error against CPU seconds.", _draw(found.planar))
+    yield Drawing("peers.png", "Planar snap: error against CPU seconds.", _draw(result.planar))
 
 
-def values(found: Peers) -> dict[str, Any]:
+def values(result: Peers) -> dict[str, Any]:
     """The numbers for programs."""
     return {
-        "planar_truth": found.truth,
-        "ribbon_truth": found.turned,
-        "planar": [asdict(run) for run in found.planar],
-        "ribbon": [asdict(run) for run in found.ribbon],
-        "branch": [asdict(run) for run in found.branch],
-        "chosen": {what: asdict(run) for what, run in found.chosen.items()},
-        "missing": list(found.lacking),
+        "planar_truth": result.truth,
+        "ribbon_truth": result.turned,
+        "planar": [asdict(run) for run in result.planar],
+        "ribbon": [asdict(run) for run in result.ribbon],
+        "branch": [asdict(run) for run in result.branch],
+        "chosen": {what: asdict(run) for what, run in result.chosen.items()},
+        "missing": list(result.lacking),
     }
 
 

@@ -96,13 +96,13 @@ class StaticVerdict:
 
 def static_scenes() -> dict[str, Scene]:
     """The distinct scenes of the hard cases at rest, by the first case that has each, and more like them."""
-    found: dict[Scene, str] = {}
+    result: dict[Scene, str] = {}
     for case in CASES:
         still = replace(
             case.scene, rate=math.copysign(1.0, case.scene.rate), stop=None, hold=0.0, damping=1.0
         )
-        found.setdefault(still, case.name)
-    scenes = {name: scene for scene, name in found.items()}
+        result.setdefault(still, case.name)
+    scenes = {name: scene for scene, name in result.items()}
     return scenes | {
         name: Scene(**{"rate": 1.0, "gravity": WEIGHTLESS, **changes}) for name, changes in _MORE.items()
     }
@@ -121,27 +121,27 @@ def _failure(scene: str, model: str, verb: str, error: Exception, reason: str) -
     return StaticVerdict(scene, model, verb, TOLD if reason and is_refusal(error) else RAISED, note)
 
 
-def _angles(found: Any) -> list[float]:
-    return [] if isinstance(found, Exception) else [fold.angle for fold in found]
+def _angles(result: Any) -> list[float]:
+    return [] if isinstance(result, Exception) else [fold.angle for fold in result]
 
 
-def _known(found: Any) -> list[float] | None:
-    return None if isinstance(found, Exception) else _angles(found)
+def _known(result: Any) -> list[float] | None:
+    return None if isinstance(result, Exception) else _angles(result)
 
 
-def _off(found: list[float], wanted: list[float]) -> float:
+def _off(result: list[float], wanted: list[float]) -> float:
     """Largest difference of fold angles; infinite if there are not as many."""
-    if len(found) != len(wanted):
+    if len(result) != len(wanted):
         return math.inf
-    return max((abs(a - b) for a, b in zip(found, wanted, strict=True)), default=0.0)
+    return max((abs(a - b) for a, b in zip(result, wanted, strict=True)), default=0.0)
 
 
 def _judge_folds(
-    scene: str, model: str, found: Any, wanted: list[float] | None, allowed: float, reason: str
+    scene: str, model: str, result: Any, wanted: list[float] | None, allowed: float, reason: str
 ) -> StaticVerdict:
-    if isinstance(found, Exception):
-        return _failure(scene, model, "folds", found, reason)
-    angles = _angles(found)
+    if isinstance(result, Exception):
+        return _failure(scene, model, "folds", result, reason)
+    angles = _angles(result)
     first = angles[0] if angles else None
     if reason:
         return StaticVerdict(scene, model, "folds", WRONG, f"should not answer: {reason}", first, len(angles))
@@ -181,7 +181,7 @@ def _judge_jumps(curves: Mapping[str, tuple[Any, Callable[[Steps], Any]]]) -> di
     Where two models disagree each is asked again with short steps: a curve that has other folds
     then was left on the way.
     """
-    counts = {model: len(found.folds) for model, (found, _) in curves.items() if isinstance(found, Branch)}
+    counts = {model: len(result.folds) for model, (result, _) in curves.items() if isinstance(result, Branch)}
     if len(set(counts.values())) < 2:
         return {}
     notes = {}

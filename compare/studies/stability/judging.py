@@ -88,16 +88,16 @@ def deviation(case: Hard, history: History, reference: History) -> Deviation:
     """
     rate, steps = abs(case.scene.rate), 2.0 * case.step
     if case.snap:
-        found, wanted = history.crossing(case.snap), reference.crossing(case.snap)
+        result, wanted = history.crossing(case.snap), reference.crossing(case.snap)
         if wanted is not None and wanted[0] <= case.kink:
             strict, coarse = 2e-4 + 1e-3 * abs(wanted[1]), steps * rate + 0.03 * abs(wanted[1])
-            off = math.inf if found is None else rate * abs(found[0] - wanted[0])
+            off = math.inf if result is None else rate * abs(result[0] - wanted[0])
             return Deviation(off, "rad", strict, coarse)
         if wanted is not None:
             wait = wanted[0] - case.kink
-            off = math.inf if found is None else abs(found[0] - wanted[0]) / wait
+            off = math.inf if result is None else abs(result[0] - wanted[0]) / wait
             return Deviation(off, "wait", 0.01, 0.03 + steps / wait)
-        if found is not None:
+        if result is not None:
             return Deviation(math.inf, "rad", 0.0, 0.0)
     off = float(np.abs(np.interp(history.time, reference.time, reference.height) - history.height).max())
     reach = float(np.ptp(reference.height))
@@ -324,11 +324,11 @@ def confirm(asked: Confirmation) -> Confirmation:
     except Exception as error:
         return replace(asked, note=told(error))
     off = deviation(case, other, truth)
-    wanted, found = truth.crossing(case.snap), other.crossing(case.snap)
+    wanted, result = truth.crossing(case.snap), other.crossing(case.snap)
     return replace(
         asked,
         wanted=None if wanted is None else wanted[0],
-        found=None if found is None else found[0],
+        found=None if result is None else result[0],
         error=off.error if math.isfinite(off.error) else None,
         unit=off.unit,
         allowed=off.strict,

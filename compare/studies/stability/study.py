@@ -54,14 +54,14 @@ from .judging import (
 def _work(item: tuple[Any, ...]) -> tuple[list[Any], str, float]:
     """One piece of work: what it found, its name, and the processor's seconds that it took."""
     began = time.process_time()
-    found: list[Any]
+    result: list[Any]
     if isinstance(item[0], Hard):
-        found, name = judge(*item), f"{item[0].name}, {item[1]}"
+        result, name = judge(*item), f"{item[0].name}, {item[1]}"
     elif isinstance(item[0], Confirmation):
-        found, name = [confirm(*item)], f"{item[0].case}, {item[0].model} {item[0].method}"
+        result, name = [confirm(*item)], f"{item[0].case}, {item[0].model} {item[0].method}"
     else:
-        found, name = list(judge_statics(*item)), f"{item[0]}, at rest"
-    return found, name, time.process_time() - began
+        result, name = list(judge_statics(*item)), f"{item[0]}, at rest"
+    return result, name, time.process_time() - began
 
 
 def _warm_up() -> None:
@@ -98,11 +98,11 @@ def main(*, sweep: Sweep | None = None) -> HardCases:
         work += [(case, model) for model in METHODS if model in (RODS, KIRCHHOFF) or case.scene.planar]
     work += list(static_scenes().items())
     done = Study("hard cases", _work, work, prepare=_warm_up).found(sweep or Sweep())
-    found = [v for group, _, _ in done for v in group]
+    result = [v for group, _, _ in done for v in group]
     return HardCases(
-        runs=tuple(v for v in found if isinstance(v, MotionVerdict)),
-        statics=tuple(v for v in found if isinstance(v, StaticVerdict)),
-        confirmed=tuple(v for v in found if isinstance(v, Confirmation)),
+        runs=tuple(v for v in result if isinstance(v, MotionVerdict)),
+        statics=tuple(v for v in result if isinstance(v, StaticVerdict)),
+        confirmed=tuple(v for v in result if isinstance(v, Confirmation)),
         seconds={name: seconds for _, name, seconds in done},
     )
 
@@ -150,17 +150,17 @@ def _confirmations(confirmed: Sequence[Confirmation]) -> str:
     )
 
 
-def words(found: HardCases) -> list[str]:
+def words(result: HardCases) -> list[str]:
     """How many there are of each status, and which default runs failed."""
-    counts = Counter(v.status for v in found.runs)
-    still = Counter(v.status for v in found.statics)
-    defaults = _defaults(found.runs)
+    counts = Counter(v.status for v in result.runs)
+    still = Counter(v.status for v in result.statics)
+    defaults = _defaults(result.runs)
     survived = sum(v.status in (GOOD, LOSSY) for v in defaults)
     failures = _failures(defaults)
     damped = [v for v in defaults if v.status == LOSSY]
     worst = max((-(v.drift or 0.0) for v in damped), default=0.0)
     return [
-        f"{len({v.case for v in found.runs})} cases, {len(found.runs) - counts[SKIPPED]} runs: "
+        f"{len({v.case for v in result.runs})} cases, {len(result.runs) - counts[SKIPPED]} runs: "
         f"{counts[GOOD]} completed, {counts[LOSSY]} completed with more than 5 % of the kinetic energy lost "
         "to the method, "
         f"{counts[UNBALANCED]} are right so far but gain more than 25 % of it, "
@@ -173,17 +173,17 @@ def words(found: HardCases) -> list[str]:
         f"rad), 1 % of a wait, 1 % of the height's range.  Of these, {len(damped)} lose more than "
         f"5 % of the largest kinetic energy to the method's own damping, {worst:.0%} at most."
         + (f"  Not in: {failures}." if failures else ""),
-        f"{len({v.scene for v in found.statics})} scenes at rest: "
+        f"{len({v.scene for v in result.statics})} scenes at rest: "
         + ", ".join(f"{number} {status}" for status, number in sorted(still.items()))
-        + f".  {_failed_at_rest(found.statics)}",
+        + f".  {_failed_at_rest(result.statics)}",
         "The defaults ("
         + ", ".join(f"{method} of {model}" for model, method in DEFAULTS.items())
         + ") are adaptive with their default tolerances, the other methods have the fixed step of the case. "
         "References are adaptive at 1e-6 L (elements: 1e-7) on the same mesh, and end at the snap.",
         _meshes(defaults),
-        _confirmations(found.confirmed),
+        _confirmations(result.confirmed),
         f"Left out: fixed steps, of which the motion needs more than {MOST:,} (explicit: "
-        f"{EXPLICIT_MOST:,}).  The work took {sum(found.seconds.values()):.0f} s of the processor.",
+        f"{EXPLICIT_MOST:,}).  The work took {sum(result.seconds.values()):.0f} s of the processor.",
     ]
 
 
@@ -193,7 +193,7 @@ def _short(note: str, most: int = 60) -> str:
 
 def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict]) -> list[list[str]]:
     """A row for each case, model and message: whose it is, and its words."""
-    found: dict[tuple[str, str, str], tuple[list[str], str]] = {}
+    result: dict[tuple[str, str, str], tuple[list[str], str]] = {}
     told = [
         (v.case, v.model, v.method, v.note)
         for v in verdicts
@@ -204,19 +204,19 @@ def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict
         words = note.rpartition("It says: ")[2]
         # methods put their name first; the instant at which they stop differs
         same = "".join(c for c in words.replace(method, "") if not c.isdigit())
-        found.setdefault((case, model, same[-60:]), ([], words))[0].append(method)
+        result.setdefault((case, model, same[-60:]), ([], words))[0].append(method)
     rows = []
-    for (case, model, _), (who, words) in found.items():
+    for (case, model, _), (who, words) in result.items():
         rows.append([case, f"{model} {', '.join(who[:2])}{' ..' * (len(who) > 2)}", _short(words, 112)])
     return rows
 
 
-def tables(found: HardCases) -> list[Table]:
+def tables(result: HardCases) -> list[Table]:
     """Every run, every scene at rest, every reference that was confirmed."""
     return [
         Table.of(
             "References confirmed",
-            found.confirmed,
+            result.confirmed,
             [
                 *(("case", "s", "case"), ("by", "s", lambda c: f"{c.model} {c.method}")),
                 *(
@@ -232,7 +232,7 @@ def tables(found: HardCases) -> list[Table]:
         ),
         Table.of(
             "Every motion",
-            [v for v in found.runs if v.status != SKIPPED],
+            [v for v in result.runs if v.status != SKIPPED],
             [
                 *(("case", "s", "case"), ("method", "s", lambda v: f"{v.model} {v.method}")),
                 *(("status", "s", "status"), ("error", ".1e", "error"), ("of", "s", "unit")),
@@ -247,14 +247,14 @@ def tables(found: HardCases) -> list[Table]:
         Table(
             "Why not, or why less",
             ["case", "by", "message"],
-            _messages(found.runs, found.statics),
+            _messages(result.runs, result.statics),
             ["s", "s", "s"],
             "Errors in their own words, and what is said against runs that completed. Methods of which the "
             "same is said but for the instant stand together, with the words of the first.",
         ),
         Table.of(
             "Every scene at rest",
-            found.statics,
+            result.statics,
             [
                 *((name, "s", name) for name in ("scene", "model", "verb", "status")),
                 *(
@@ -270,27 +270,27 @@ def tables(found: HardCases) -> list[Table]:
     ]
 
 
-def drawings(found: HardCases) -> Iterator[Drawing]:
+def drawings(result: HardCases) -> Iterator[Drawing]:
     """Maps of motions and of scenes at rest."""
     known = {case.name for case in KNOWN}
     planar = {case.name for case in CASES if case.scene.planar}
     for file, caption, chosen in (
         ("known", "Motions of ribbons that broke prototypes.", known - planar),
-        ("ribbons", "Motions of ribbons made to be hard.", {v.case for v in found.runs} - known - planar),
+        ("ribbons", "Motions of ribbons made to be hard.", {v.case for v in result.runs} - known - planar),
         ("planar", "Planar motions: rods, Kirchhoff elements, elastica, quasi-linear beam.", planar),
     ):
-        verdicts = [v for v in found.runs if v.case in chosen]
+        verdicts = [v for v in result.runs if v.case in chosen]
         yield Drawing(f"stability-{file}.png", caption, maps.motion_map(verdicts))
-    yield Drawing("stability-rest.png", "The same scenes at rest.", maps.statics_map(found.statics))
+    yield Drawing("stability-rest.png", "The same scenes at rest.", maps.statics_map(result.statics))
 
 
-def values(found: HardCases) -> dict[str, Any]:
+def values(result: HardCases) -> dict[str, Any]:
     """The numbers for programs."""
     return {
-        "runs": [vars(v) for v in found.runs],
-        "statics": [vars(v) for v in found.statics],
-        "confirmed": [vars(v) for v in found.confirmed],
-        "seconds": found.seconds,
+        "runs": [vars(v) for v in result.runs],
+        "statics": [vars(v) for v in result.statics],
+        "confirmed": [vars(v) for v in result.confirmed],
+        "seconds": result.seconds,
     }
 
 
