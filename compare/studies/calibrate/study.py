@@ -40,8 +40,9 @@ POLICIES = (
     Policy("elastica", 6, 3e-5),
     Policy("elastica", 8, 1e-5),
     Policy("elastica", 12, 3e-6),
-    Policy("elastica", 16, 1e-6),
-    Policy("elastica", 20, 1e-7),
+    Policy("elastica", 12, 1e-6),
+    Policy("elastica", 14, 3e-7),
+    Policy("elastica", 16, 1e-7),
 )
 # coarser axes do for errors than for delays
 ERROR_AXES = {
