@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, delay, elastica, kirchhoff, quasilinear
 from ribbonfem.options import OptionError
@@ -14,6 +15,11 @@ def balance(history):
     e = history.energies
     total = e["kinetic"] + e["elastic"] + e["potential"] + e["dissipated"] - e["work"]
     return np.abs(total - total[0]).max()
+
+
+def heights(run, at):
+    """Between the rows by their velocities: steps of two models are not the same."""
+    return CubicHermiteSpline(run.time, run.height, run.velocity)(at)
 
 
 RIGS = [
@@ -41,13 +47,13 @@ RIGS = [
 @pytest.mark.parametrize("rig", RIGS)
 def test_a_rig_moves_as_in_three_dimensions_and_its_energies_balance(rig, extensible):
     scene = Scene(**{**PLANAR, **rig})
-    plane = elastica.simulate(scene, extensible=extensible, tolerance=1e-6)
-    space = kirchhoff.simulate(scene, extensible=extensible, tolerance=1e-6, configurations=False)
+    # (on 8 elements the two take what rings for different waves, 1e-5 L)
+    policy = {"elements": 12, "extensible": extensible, "tolerance": 1e-6, "configurations": False}
+    plane, space = (model.simulate(scene, **policy) for model in (elastica, kirchhoff))
     # without the power of any one of what moves, or the weight, it is off by a hundredth and more
-    assert balance(plane) < 1e-4 * max(1.0, np.abs(plane.energies["work"]).max())
+    assert balance(plane) < 5e-4 * max(1.0, np.abs(plane.energies["work"]).max())
     at = np.linspace(0.0, plane.time[-1], 40)[1:]
-    both = [np.interp(at, run.time, run.height) for run in (plane, space)]
-    assert np.abs(np.subtract(*both)).max() < 1e-5
+    assert np.abs(heights(plane, at) - heights(space, at)).max() < 1e-5
     for name in ("work", "dissipated", "potential"):
         assert plane.energies[name][-1] == pytest.approx(space.energies[name][-1], abs=1e-4), name
 
@@ -84,12 +90,13 @@ def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
     # let go: the force that held it is there no more
     pushed, let_go = Scene(**PLANAR, preset={"force": 20.0}), Scene(**PLANAR, rate=0.1, stop=0.02)
     runs = [
-        m.simulate(let_go, initial=m.state(pushed, elements=8), tolerance=1e-6) for m in (elastica, kirchhoff)
+        m.simulate(let_go, elements=12, tolerance=1e-6, initial=m.state(pushed, elements=12))
+        for m in (elastica, kirchhoff)
     ]
     assert runs[0].energies["kinetic"].max() > 1e-2
     assert balance(runs[0]) < 1e-4
     at = np.linspace(0.0, 0.2, 40)
-    assert np.abs(np.subtract(*(np.interp(at, run.time, run.height) for run in runs))).max() < 1e-5
+    assert np.abs(heights(runs[0], at) - heights(runs[1], at)).max() < 1e-5
     with pytest.raises(SceneError, match=r"clamps begin .* unturned; .* off by 0\.02"):
         elastica.simulate(Scene(**PLANAR, rate=0.3, stop=0.3), initial=state)
     with pytest.raises(OptionError, match=r"its nodes are not those of elements=6"):

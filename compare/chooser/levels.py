@@ -31,15 +31,15 @@ from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
 # Elements and tolerance (L) of runs that check each other, no two on the same mesh; typical CPU seconds,
 # of the Kirchhoff rod and of the elastica.
 RUNGS = (
-    (4, 1e-4, 0.01, 0.0025),
-    (6, 3e-5, 0.013, 0.004),
-    (8, 1e-5, 0.018, 0.007),
-    (10, 3e-6, 0.045, 0.018),
-    (12, 1e-6, 0.08, 0.03),
-    (14, 3e-7, 0.15, 0.05),
-    (16, 1e-7, 0.25, 0.08),
-    (20, 3e-8, 0.6, 0.2),
-    (24, 1e-8, 1.5, 0.5),
+    (4, 1e-4, 0.01, 0.0035),
+    (6, 3e-5, 0.013, 0.0047),
+    (8, 1e-5, 0.018, 0.0056),
+    (10, 3e-6, 0.045, 0.009),
+    (12, 1e-6, 0.08, 0.014),
+    (14, 3e-7, 0.15, 0.028),
+    (16, 1e-7, 0.25, 0.044),
+    (20, 3e-8, 0.6, 0.1),
+    (24, 1e-8, 1.5, 0.2),
 )
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 # Scatter of the snap over tolerance (L) times rate t* + _REST, rad.

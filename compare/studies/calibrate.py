@@ -40,7 +40,7 @@ LAGS = tuple(np.logspace(-3.5, 2.2, 38))
 TERMS, POWERS = 13, 5
 POLICIES = tuple(
     Policy("elastica", *mesh)
-    for mesh in ((6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 3e-6), (16, 1e-6), (20, 1e-7))
+    for mesh in ((6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 3e-6), (12, 1e-6), (14, 3e-7), (16, 1e-7))
 )
 # coarser axes do for errors than for delays
 ERROR_AXES: dict[str, Sequence[float]] = {

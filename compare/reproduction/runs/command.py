@@ -122,8 +122,8 @@ def words(result: NamedCases) -> list[str]:
         f"Of {len(agreeing)} cases {agreeing.count('yes')} end as the paper says, {agreeing.count('open')} "
         f"are sensitive: there the outcome, or a snap by more than {SCATTER:g} rad, changes between "
         f"N = {coarse} and {fine}, tolerances {result.tolerance:g} and {10 * result.tolerance:g} L, or "
-        "with a method that has no damping of its own, or with the finite elements on 6 and 8 elements, which "
-        "share no mechanics with the rods: no single run decides it.",
+        "with a method that has no damping of its own, or with the finite elements on 6 and 8 "
+        "elements, which share no mechanics with the rods: no single run decides it.",
         "Type 1: energy carries the ribbon over U+S- before its fold. Type 2: the first snap is so late "
         "that U+S- is gone. The rule is written down in ribbonfem.outcomes.",
     ]
