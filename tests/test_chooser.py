@@ -327,27 +327,27 @@ def test_a_slow_ribbon_is_predicted():
     scene = Scene(compression=0.40, shear=0.37, start="U+S+", rate=3e-3, damping=0.3)
     chosen = choose(scene, 1e-4)
     assert chosen.model == "folds"
-    found = chosen.run()
-    assert found.met
-    assert found.history is None
-    ramp = replace(scene, stop=found.value + 0.01)
+    result = chosen.run()
+    assert result.met
+    assert result.history is None
+    ramp = replace(scene, stop=result.value + 0.01)
     run = kirchhoff.simulate(ramp, extensible=True, tolerance=1e-6, until="snap", configurations=False)
-    assert found.value == pytest.approx(run.crossing()[1], abs=found.error)
+    assert result.value == pytest.approx(run.crossing()[1], abs=result.error)
     # its mirror image is as slow
     other = choose(scene.mirror, 1e-4).run()
-    assert other.value == pytest.approx(-found.value, abs=1e-9)
+    assert other.value == pytest.approx(-result.value, abs=1e-9)
     # no prediction is as certain as that
     assert choose(scene, 1e-9).model == "kirchhoff"
 
 
 @pytest.mark.slow
 def test_two_dozen_scenes():
-    found = choices.main(scenes=24, seed=11)
-    judged = found.judged
-    assert len(found.verdicts) == 24 * 4
+    result = choices.main(scenes=24, seed=11)
+    judged = result.judged
+    assert len(result.verdicts) == 24 * 4
     assert sum(v.verdict == "met" for v in judged) >= 0.95 * len(judged)
     assert not any(v.verdict == "missed" for v in judged)
     assert sum(v.covered for v in judged) >= 0.97 * len(judged)
-    section = choices.COMMAND.section(found)
+    section = choices.COMMAND.section(result)
     assert [row["tolerance"] for row in section.values["summary"][::3]] == [1e-3, 1e-4, 1e-5, 1e-6]
-    assert [drawing.file for drawing in choices.drawings(found)] == ["choices-check.png"]
+    assert [drawing.file for drawing in choices.drawings(result)] == ["choices-check.png"]

@@ -187,8 +187,8 @@ def test_kernel_is_the_readable_form(extensible):
     gap = np.stack([(grads[i] - t[i] * (1 + c * n_t)) * basis.dx for i in (0, 1)], axis=2)
     lumps = LinearForm(lambda s, d: s).assemble(basis)[back]
     expected = lumps[:, None] * (1.7 * case.r - case.known) + np.stack(pull, axis=1), moment, gap
-    for found, wanted in zip(case.summed(case.residual(case.u)), expected, strict=True):
-        assert np.abs(found - wanted).max() < 1e-13 * np.abs(wanted).max()
+    for result, wanted in zip(case.summed(case.residual(case.u)), expected, strict=True):
+        assert np.abs(result - wanted).max() < 1e-13 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("extensible", [False, True])

@@ -40,11 +40,11 @@ def test_folds_of_other_rigs(given, expected):
 )
 def test_an_arch_of_two_turned_clamps_is_lost_at_a_pitchfork(turned, lost, fold):
     scene = Scene(**ARCH, preset={"left": turned, "right": turned})
-    (found,) = elastica.instabilities(scene)
-    assert found.kind == "pitchfork"
-    assert found.subcritical
-    assert not found.out_of_plane
-    assert 0.30 + found.control == pytest.approx(lost, abs=1e-9)
+    (result,) = elastica.instabilities(scene)
+    assert result.kind == "pitchfork"
+    assert result.subcritical
+    assert not result.out_of_plane
+    assert 0.30 + result.control == pytest.approx(lost, abs=1e-9)
     (beyond,) = elastica.equilibria(scene, span=(-0.299, 0.5)).folds
     assert 0.30 + beyond.control == pytest.approx(fold, abs=1e-10)
 
@@ -95,10 +95,10 @@ def drawn(seed, count, soft=False):
 def lost(model, scene):
     """The first instability, as numbers; an empty list where the start cannot be had, or nothing is lost."""
     try:
-        found = model.instabilities(scene, elements=32)
+        result = model.instabilities(scene, elements=32)
     except SceneError:
         return []
-    return [(point.kind, point.out_of_plane, point.control, point.height, point.load) for point in found[:1]]
+    return [(point.kind, point.out_of_plane, point.control, point.height, point.load) for point in result[:1]]
 
 
 @pytest.mark.parametrize("soft", [False, True])
@@ -120,9 +120,9 @@ def test_states_at_rest_are_lost_where_they_are_in_three_dimensions(soft):
 def test_a_mirror_image_leaves_its_plane_at_the_image_of_the_control():
     """Weight and presets have images of their own."""
     for scene in drawn(5, 4, soft=True):
-        found = [model.leaves_plane(s) for model in (elastica, kirchhoff) for s in (scene, scene.mirror)]
+        result = [model.leaves_plane(s) for model in (elastica, kirchhoff) for s in (scene, scene.mirror)]
         sign = scene.direction * scene.mirror.direction
-        np.testing.assert_allclose(found[1::2], np.multiply(sign, found[::2]), atol=1e-9)
+        np.testing.assert_allclose(result[1::2], np.multiply(sign, result[::2]), atol=1e-9)
 
 
 @pytest.mark.parametrize(

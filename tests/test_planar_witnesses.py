@@ -43,25 +43,25 @@ def drawn(count, retarding=False):
             ribbon=Ribbon(**ribbon),
         )
         try:
-            found = elastica.instabilities(scene, elements=8)
+            result = elastica.instabilities(scene, elements=8)
         except (SceneError, SolverError):
             continue
-        if found and found[0].kind == "fold":
-            stop = side * min(2.5, abs(found[0].control) + 0.3 + 0.4 * abs(scene.scaled_rate) ** 0.8)
+        if result and result[0].kind == "fold":
+            stop = side * min(2.5, abs(result[0].control) + 0.3 + 0.4 * abs(scene.scaled_rate) ** 0.8)
             scenes.append(replace(scene, stop=stop))
     return scenes
 
 
 def snap(model, scene, **policy):
     """The control at which the height passes that of the clamps."""
-    found = model.simulate(scene, configurations=False, until="snap", **policy).snap
-    return np.nan if found is None else found[1]
+    result = model.simulate(scene, configurations=False, until="snap", **policy).snap
+    return np.nan if result is None else result[1]
 
 
 def rods_limit(scene, meshes, tolerance):
     """Richardson's limits of each two meshes."""
-    found = [snap(der, scene, nodes=nodes, tolerance=tolerance) for nodes in meshes]
-    return [b + (b - a) / 3.0 for a, b in pairwise(found)]
+    result = [snap(der, scene, nodes=nodes, tolerance=tolerance) for nodes in meshes]
+    return [b + (b - a) / 3.0 for a, b in pairwise(result)]
 
 
 @pytest.mark.parametrize("index", QUICK)

@@ -63,8 +63,8 @@ def test_fold_converges_with_order_four():
     for elements in (16, 32, 64, 128):
         (fold,) = quasilinear.folds(SCENE, elements=elements)
         scale = SCENE.compression**0.5
-        found = np.array([fold.load**0.5, fold.angle / scale, fold.height / scale])
-        errors[elements] = found / [EXACT.sigma, EXACT.mu, EXACT.height] - 1
+        result = np.array([fold.load**0.5, fold.angle / scale, fold.height / scale])
+        errors[elements] = result / [EXACT.sigma, EXACT.mu, EXACT.height] - 1
     assert np.abs(errors[64]).max() <= 4e-7
     assert np.abs(errors[128]).max() <= 3e-8
     orders = np.log2(np.abs(errors[32] / errors[64]))

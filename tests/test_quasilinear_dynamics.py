@@ -53,8 +53,8 @@ def test_kernel_is_the_readable_form(elements, degree):
     dense[:n, :n] = (sigma * mesh.mass + mesh.stiffness - load * mesh.tension)[:n, :n]
     dense[n, :n] = dense[:n, n] = -stretch[:n]
     increment = np.linalg.solve(dense, -np.append(residual[:n], 1.0 - 0.5 * whole[0] @ stretch))
-    found = np.append(t.rest, t.change)
-    assert np.abs(found - increment).max() < 1e-9 * np.abs(increment).max()
+    result = np.append(t.rest, t.change)
+    assert np.abs(result - increment).max() < 1e-9 * np.abs(increment).max()
 
 
 @MESHES

@@ -39,31 +39,31 @@ def folds(
         If no mesh gives an answer.
     """
     runs: list[Run] = []
-    found: list[tuple[Fold, ...]] = []
+    result: list[tuple[Fold, ...]] = []
     failure: Exception | None = None
     error = math.inf
     for elements in AT_REST[name]:
         policy = {"elements": elements, "extensible": True}
         begin = time.process_time()
         try:
-            found.append(of(scene, **policy))
+            result.append(of(scene, **policy))
         except (SceneError, SolverError) as raised:
             # a mesh too coarse for the start, or for the curve, says nothing of a finer one
             failure = raised
             runs.append(Run(name, policy, None, time.process_time() - begin))
-            if elements >= _HOPELESS and not found:
+            if elements >= _HOPELESS and not result:
                 break
             continue
-        angle = found[-1][-1].control if found[-1] else None
+        angle = result[-1][-1].control if result[-1] else None
         runs.append(Run(name, policy, angle, time.process_time() - begin))
-        if len(found) > 2:
+        if len(result) > 2:
             # two meshes may agree by chance: what the one before differs by counts too
-            error = max(_apart(*found[-2:]), 0.5 * _apart(*found[-3:-1]))
+            error = max(_apart(*result[-2:]), 0.5 * _apart(*result[-3:-1]))
         if error <= tolerance:
             break
-    if not found:
+    if not result:
         raise failure or SolverError(f"{name}: no mesh gave a fold")
-    return _last(found[-1]), error, tuple(runs), found[-1]
+    return _last(result[-1]), error, tuple(runs), result[-1]
 
 
 def _apart(coarse: tuple[Fold, ...], fine: tuple[Fold, ...]) -> float:

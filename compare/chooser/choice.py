@@ -109,8 +109,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
     """A scene for which no law was measured: runs that check each other."""
     name = ladder.model_of(scene)
-    found = ladder.MODELS[name].instabilities(scene, extensible=True)
-    lost = next((point for point in found if point.kind != "fold"), None)
+    result = ladder.MODELS[name].instabilities(scene, extensible=True)
+    lost = next((point for point in result if point.kind != "fold"), None)
     if lost is not None:
         where = told(scene, lost.control)
         raise SceneError(
@@ -190,25 +190,25 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
         return refined(f"but {outside}, where no law was measured")
-    found = laws.planar.predict(up)
+    result = laws.planar.predict(up)
     stop = math.inf if scene.stop is None else abs(scene.stop)
-    known = f"predicted: the fold at {side * found.fold:.5f} and a delay of {found.delay:.2g} rad"
-    if not motion and found.error <= tolerance:
-        if found.angle + found.error < stop:
-            small = found.delay <= tolerance
-            reason = f"{known}, to {found.error:.1e}" + (
+    known = f"predicted: the fold at {side * result.fold:.5f} and a delay of {result.delay:.2g} rad"
+    if not motion and result.error <= tolerance:
+        if result.angle + result.error < stop:
+            small = result.delay <= tolerance
+            reason = f"{known}, to {result.error:.1e}" + (
                 "; the delay itself is below the tolerance" if small else ""
             )
-            return chosen(Known, "prediction", {}, found.error, 1e-3, reason, value=side * found.angle)
-        if found.angle - found.error > stop and scene.hold == 0.0:
+            return chosen(Known, "prediction", {}, result.error, 1e-3, reason, value=side * result.angle)
+        if result.angle - result.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
     pair = ladder.seconds(scene, ladder.first_rung(scene, tolerance))
-    factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, found.fold)
+    factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
     for policy in laws.planar.policies:
         error = factor * laws.planar.run_error(policy, up) + _MEASURED_TO
         if error <= tolerance and laws.planar.seconds(policy) <= pair:
-            reason = f"a prediction is good to {found.error:.1e} only; " if not motion else "the motion: "
+            reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
             reason += f"planar and stable out of plane: {policy.elements} elements of the elastica do, "
             reason += f"to {error:.1e}"
             rest = {"elements": policy.elements, "extensible": True, "tolerance": policy.tolerance}

@@ -19,13 +19,13 @@ _RODS = ((51, 101, 201), (1e-6, 1e-7))
 
 def rod(scene: Scene, nodes: int, tolerance: float, method: str = "tr-bdf2") -> float | None:
     """The angle of the snap of a rod, rad; None where there is none."""
-    found = rod_snap(scene, nodes, tolerance, method)[0]
-    return None if math.isnan(found) else found
+    result = rod_snap(scene, nodes, tolerance, method)[0]
+    return None if math.isnan(result) else result
 
 
 def _run(scene: Scene, elements: int, tolerance: float) -> float | None:
-    found = element_snap(scene, elements, tolerance)[0]
-    return None if math.isnan(found) else found
+    result = element_snap(scene, elements, tolerance)[0]
+    return None if math.isnan(result) else result
 
 
 def _witness(scene: Scene) -> tuple[float | None, float]:
@@ -40,8 +40,8 @@ def _witness(scene: Scene) -> tuple[float | None, float]:
             tolerance=tolerance,
             until="snap",
         )
-        found = history.crossing()
-        return (None if found is None else found[1]), 0.0
+        result = history.crossing()
+        return (None if result is None else result[1]), 0.0
     meshes, (loose, tight) = _RODS
     snaps = [rod(scene, nodes, tight, "esdirk4") for nodes in meshes]
     values = [value for value in (*snaps, rod(scene, meshes[0], loose, "esdirk4")) if value is not None]

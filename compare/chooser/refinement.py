@@ -74,8 +74,8 @@ class Settled(Value):
 
 def _instant(history: History, quantity: str) -> float | None:
     """The control, or the time (s), at an instant."""
-    found = history.snap if CROSSINGS[quantity] == "height" else history.crossing("slope")
-    return None if found is None else found[0 if quantity == "snap time" else 1]
+    result = history.snap if CROSSINGS[quantity] == "height" else history.crossing("slope")
+    return None if result is None else result[0 if quantity == "snap time" else 1]
 
 
 def timed(
@@ -100,22 +100,22 @@ def stopped(scene: Scene, settle: Callable[[Scene], Settled], quantity: str = "s
     Meshes that all stop short of a snap agree on nothing, for their limit may have one: they are run
     on beyond the stop.
     """
-    found = settle(scene)
-    if scene.stop is None or scene.hold > 0.0 or found.sensitive or quantity == "snap time":
-        return found
-    if found.value is not None:
+    result = settle(scene)
+    if scene.stop is None or scene.hold > 0.0 or result.sensitive or quantity == "snap time":
+        return result
+    if result.value is not None:
         # a limit beyond the stop: the meshes that snap do so for their errors
-        inside = abs(found.value) + found.error < abs(scene.stop)
-        return found if inside else replace(found, sensitive=True)
+        inside = abs(result.value) + result.error < abs(scene.stop)
+        return result if inside else replace(result, sensitive=True)
     beyond = min(_BEYOND, 0.5 * (scene.reach_towards(scene.direction) - abs(scene.stop)))
     if beyond <= 0.0:
-        return found
+        return result
     further = settle(replace(scene, stop=scene.stop + math.copysign(beyond, scene.stop)))
-    runs = (*found.runs, *further.runs)
+    runs = (*result.runs, *further.runs)
     near = further.value is not None and abs(further.value) - further.error < abs(scene.stop)
     if further.sensitive or near:
-        return Settled(None, math.inf, True, runs, found.history)
-    return replace(found, runs=runs)
+        return Settled(None, math.inf, True, runs, result.history)
+    return replace(result, runs=runs)
 
 
 def endless(scene: Scene) -> Scene:
@@ -173,12 +173,12 @@ class _Rods:
     def limit(self) -> tuple[float | None, float]:
         """Value and error of what was run so far."""
         recent = self.values[-3:]
-        found = [value for value in recent if value is not None]
-        if len(recent) < 2 or (found and len(found) < len(recent)):
+        result = [value for value in recent if value is not None]
+        if len(recent) < 2 or (result and len(result) < len(recent)):
             return None, math.inf
-        if not found:
+        if not result:
             return None, 0.0
-        return limit_of(found, self.meshes[-3:])
+        return limit_of(result, self.meshes[-3:])
 
     def closing(self) -> bool:
         """Whether the last three meshes close in on a limit: those of two pairs lie close together."""

@@ -43,9 +43,9 @@ class Answer(Value):
     history: History | None
 
     def __repr__(self) -> str:
-        found = "no such instant" if self.value is None else f"{self.value:.9g} rad"
+        result = "no such instant" if self.value is None else f"{self.value:.9g} rad"
         kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
-        return f"Answer({found}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
+        return f"Answer({result}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
     def _repr_html_(self) -> str:
         rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]

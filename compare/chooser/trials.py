@@ -39,8 +39,8 @@ def planar_snap(scene: Scene, policy: Policy) -> tuple[float, float]:
     begin = time.process_time()
     rest: dict[str, Any] = {"elements": policy.elements, "tolerance": policy.tolerance, "until": "snap"}
     history = elastica.simulate(scene, extensible=True, **rest)
-    found = history.crossing()
-    return (float("nan") if found is None else found[1]), time.process_time() - begin
+    result = history.crossing()
+    return (float("nan") if result is None else result[1]), time.process_time() - begin
 
 
 def random_planar(rng: np.random.Generator, thickness: float = 0.01) -> Scene:
@@ -105,8 +105,8 @@ def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, 
         history = kirchhoff.simulate(endless(scene), configurations=False, until="snap", **policy)
     except (SceneError, SolverError):
         return float("nan"), time.process_time() - begin, False
-    found = history.crossing()
-    angle = float("nan") if found is None else found[1]
+    result = history.crossing()
+    angle = float("nan") if result is None else result[1]
     return angle, time.process_time() - begin, rattles(history, scene)
 
 
@@ -124,5 +124,5 @@ def rod_snap(scene: Scene, nodes: int, tolerance: float, method: str = "tr-bdf2"
         )
     except (SceneError, SolverError):
         return float("nan"), time.process_time() - begin
-    found = history.crossing()
-    return (float("nan") if found is None else found[1]), time.process_time() - begin
+    result = history.crossing()
+    return (float("nan") if result is None else result[1]), time.process_time() - begin

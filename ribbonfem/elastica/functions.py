@@ -79,9 +79,9 @@ def folds(
         For a scene that is not planar, a mesh that cannot be, a continuation that fails.
     """
     problem, start = named(scene, elements, extensible)
-    found = _folds(problem, start, scene, steps)
+    result = _folds(problem, start, scene, steps)
     of = {"model": "elastica", "scene": scene, "policy": options_given()}
-    return tuple(as_fold(problem, event.point, **of) for event in found)
+    return tuple(as_fold(problem, event.point, **of) for event in result)
 
 
 @checked
@@ -95,8 +95,8 @@ def instabilities(
     """
     problem, start = named(scene, elements, extensible)
     of: dict[str, Any] = {"model": "elastica", "policy": options_given()}
-    found = ramp_events(problem, start, scene, steps)
-    points = [instability_of(problem, event, scene, steps, of) for event in found]
+    result = ramp_events(problem, start, scene, steps)
+    points = [instability_of(problem, event, scene, steps, of) for event in result]
     across = sideways.lost_at(problem, start, scene)
     if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
         return tuple(points)

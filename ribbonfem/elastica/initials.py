@@ -75,8 +75,8 @@ def _at_rest(problem: Statics, scene: Scene, state: RestState) -> Array:
     _require_fit(problem, scene, (phi[0], phi[-1]), (place[-1, 0], place[-1, 1]))
     # an equilibrium of these elements, under the loads that held it
     held = Statics(state.scene, problem.elements, problem.extensible)
-    found, _ = equilibrium(held, _State(phi, state.force[[0, 2]], state.control), state.control)
-    return at_rest(held, found)
+    result, _ = equilibrium(held, _State(phi, state.force[[0, 2]], state.control), state.control)
+    return at_rest(held, result)
 
 
 def _require_fit(

@@ -281,17 +281,17 @@ def escape(
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem, start = states.named(scene, elements, extensible)
-    found, duration = scene_departure(problem, start, scene, fold, amplitude)
-    velocity = problem.moving(found.state, found.velocity)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    velocity = problem.moving(result.state, result.velocity)
     # the right clamp, to the last digit
     velocity[-1] = 0.0
-    begin = {"u": initials.at_rest(problem, found.state), "v": initials.in_rows(problem, velocity)}
+    begin = {"u": initials.at_rest(problem, result.state), "v": initials.in_rows(problem, velocity)}
     moved = integrate(
         "elastica",
         lambda scheme, rows: Motion(problem, begin, scheme, rows),
         scene,
         control,
         len(problem.arclength),
-        held=Held(found.form.angle, duration),
+        held=Held(result.form.angle, duration),
     )
     return moved.as_history(scene, options_given(), model="elastica", arclength=problem.arclength)

@@ -80,8 +80,8 @@ class Sideways:
 
 @lru_cache(maxsize=1024)
 def _leaving(scene: Scene, elements: int, extensible: bool) -> float:
-    found = lost_at(*named(scene, elements, extensible), scene)
-    return float("nan") if found is None else float(found.parameter)
+    result = lost_at(*named(scene, elements, extensible), scene)
+    return float("nan") if result is None else float(result.parameter)
 
 
 def leaves_plane(scene: Scene, elements: int, extensible: bool) -> float:

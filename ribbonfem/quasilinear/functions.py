@@ -77,8 +77,8 @@ def folds(
     of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "policy": problem.policy}
     plain = scene.drive in ("left", "right") and not scene.dressed
     if steps is not None or not plain:
-        found = ramp_folds(problem, start, _within_reach(scene), steps)
-        return tuple(as_fold(problem, event.point, **of) for event in found)
+        result = ramp_folds(problem, start, _within_reach(scene), steps)
+        return tuple(as_fold(problem, event.point, **of) for event in result)
     fold = Fold(*problem.fold(), **of)
     # turned with it the start state never folds
     met = fold.angle * scene.rate > 0.0 and (scene.stop is None or abs(fold.angle) <= abs(scene.stop))
@@ -107,8 +107,8 @@ def instabilities(
     """
     problem, start = named(scene, elements, degree)
     of: dict[str, Any] = {"model": "quasilinear", "policy": problem.policy}
-    found = ramp_events(problem, start, _within_reach(scene), steps)
-    return tuple(instability_of(problem, event, scene, steps, of) for event in found)
+    result = ramp_events(problem, start, _within_reach(scene), steps)
+    return tuple(instability_of(problem, event, scene, steps, of) for event in result)
 
 
 @checked
@@ -282,9 +282,9 @@ def escape(
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem, start = named(scene, elements, degree)
-    found, duration = scene_departure(problem, start, scene, fold, amplitude)
-    begin = motion.at_rest(problem, found.state) | {"v": found.velocity[:-1]}
-    moved = _integrated(problem, begin, scene, control, held=Held(found.form.angle, duration))
+    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    begin = motion.at_rest(problem, result.state) | {"v": result.velocity[:-1]}
+    moved = _integrated(problem, begin, scene, control, held=Held(result.form.angle, duration))
     policy = options_given(**problem.policy)
     return moved.as_history(
         scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
