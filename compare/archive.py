@@ -41,9 +41,14 @@ _MOVED = (
     ("compare.studies.calibrate.study", "compare.studies.calibrate"),
 )
 # fields by their names of the version before
-_RENAMED = {"angle": "control"}
+_RENAMED = {"angle": "control", "policy": "options"}
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def for_programs(record: Any) -> dict[str, Any]:
+    """The fields of a record by the keys that `--json` has for them: of options, "policy"."""
+    return {"policy" if name == "options" else name: value for name, value in vars(record).items()}
 
 
 class ArchiveError(ValueError):

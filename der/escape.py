@@ -62,8 +62,8 @@ def escape(
     damping = scene.scaled_damping
     ends = held(scene, angle, duration / scene.ribbon.inertial_time)
     course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
-    policy = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
-    run = Loop(rod, result.state, policy, 1, configurations, result.velocity, damping)
+    options = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
+    run = Loop(rod, result.state, options, 1, configurations, result.velocity, damping)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     stats = {"seconds": clock_time.perf_counter() - begin}

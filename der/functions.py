@@ -39,7 +39,7 @@ def folds(
     """
     problem = Statics(Rod(scene, nodes, clamp))
     result = met_folds(scene, nodes, clamp, steps)
-    of = {"model": "der", "scene": scene, "policy": options_given()}
+    of = {"model": "der", "scene": scene, "options": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in result)
 
 
@@ -54,7 +54,7 @@ def instabilities(
     """
     rod = Rod(scene, nodes, clamp)
     problem, result = Statics(rod), met_events(scene, nodes, clamp, steps)
-    of = {"model": "der", "policy": options_given()}
+    of = {"model": "der", "options": options_given()}
     exact = default_steps(rod, steps)
     return tuple(instability_of(problem, event, scene, exact, of) for event in result)
 

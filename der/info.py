@@ -10,8 +10,8 @@ from ribbonfem.model_info import ModelInfo
 from .motion import ADAPTIVE, ORDERS
 
 
-def _centred(policy: Mapping[str, Any]) -> bool:
-    return bool(policy.get("clamp", "centred") == "centred")
+def _centred(options: Mapping[str, Any]) -> bool:
+    return bool(options.get("clamp", "centred") == "centred")
 
 
 MODEL_INFO = ModelInfo(
@@ -21,9 +21,9 @@ MODEL_INFO = ModelInfo(
     planar=False,
     methods=ORDERS,
     adaptive=ADAPTIVE,
-    order=lambda policy: 2.0 if _centred(policy) else 1.0,
+    order=lambda options: 2.0 if _centred(options) else 1.0,
     # the length of an edge
-    size=lambda policy: 1.0 / (policy["nodes"] - (2 if _centred(policy) else 1)),
+    size=lambda options: 1.0 / (options["nodes"] - (2 if _centred(options) else 1)),
     at_rest=lambda nodes: 4 * nodes - 15,
     in_motion=lambda nodes: 4 * nodes - 15,
 )

@@ -35,7 +35,7 @@ class Loop:
         self,
         rod: Rod,
         state: RodState,
-        policy: kernels.Policy,
+        options: kernels.Policy,
         every: int | None,
         configurations: bool,
         velocity: Array | None = None,
@@ -43,7 +43,7 @@ class Loop:
     ) -> None:
         size = 4 * rod.nodes
         statics = Statics(rod)
-        self.rod, self.policy, self.every, self.start = rod, policy, every or 1, state
+        self.rod, self.options, self.every, self.start = rod, options, every or 1, state
         self.clock = np.zeros(kernels.CLOCK_SIZE)
         self.motion = kernels.Motion(
             state.x.copy(),
@@ -64,8 +64,8 @@ class Loop:
             m1=state.m1.copy(),
             twist=state.twist.copy(),
             dq=np.zeros(size),
-            stage_v=np.zeros((len(policy.table), size)),
-            stage_a=np.zeros((len(policy.table), size)),
+            stage_v=np.zeros((len(options.table), size)),
+            stage_a=np.zeros((len(options.table), size)),
             v=np.zeros(size),
             b=np.zeros(size),
             gradient=np.zeros(size),
@@ -90,14 +90,14 @@ class Loop:
             rod.lumps,
             rod.retardation,
         )
-        self.told = np.array([policy.method, policy.radius, rod.scene.scaled_damping, *rod.scene.weight])
+        self.told = np.array([options.method, options.radius, rod.scene.scaled_damping, *rod.scene.weight])
         gradient = statics.assemble(state, second=False)[1]
         self.clock[kernels.CONTROL] = state.at
         self.clock[kernels.PUSHED] = -statics.ends.force(state.at)[0][2]
         self.clock[kernels.POWER] = float(statics.clamp_rate(state.at) @ gradient)
         self.clock[kernels.FRESH] = 1.0
         # adaptive runs start with a step far below any period and grow
-        self.clock[kernels.STEP] = policy.step or 1e-4
+        self.clock[kernels.STEP] = options.step or 1e-4
         if velocity is not None:
             free = rod.free
             self.motion.v[free] = velocity
@@ -129,7 +129,7 @@ class Loop:
         clock[kernels.FACTORED] = 0.0
         gradient = Statics(rod).assemble(self.start, second=False)[1]
         motion.a[free] = -gradient[free] / rod.inertia[free] - rod.scene.scaled_damping * motion.v[free]
-        motion.aux[free] = motion.v[free] if self.policy.method in RINGING[1:] else motion.a[free]
+        motion.aux[free] = motion.v[free] if self.options.method in RINGING[1:] else motion.a[free]
 
     def _room(self) -> tuple[Array, Array, Array]:
         """Where the next rows go."""
@@ -150,7 +150,7 @@ class Loop:
                 self.motion,
                 self.scratch,
                 course,
-                self.policy,
+                self.options,
                 self.every,
                 rows,
                 x,
@@ -161,11 +161,11 @@ class Loop:
                 return int(status)
             rows, x, m1 = self._room()
 
-    def history(self, scene: Scene, policy: dict[str, object], stats: dict[str, float]) -> History:
+    def history(self, scene: Scene, options: dict[str, object], stats: dict[str, float]) -> History:
         """The rows so far as a `History`."""
         second = scene.ribbon.inertial_time
         # (velocities that ring are none)
-        per_second = np.nan if self.policy.method in RINGING else 1.0 / second
+        per_second = np.nan if self.options.method in RINGING else 1.0 / second
         taken, steps = self.rows.taken({kernels.ROW_TIME: second, kernels.ROW_VELOCITY: per_second})
         rows, *configurations = map(freeze, taken)
         clock = self.clock
@@ -191,7 +191,7 @@ class Loop:
                 **stats,
             },
             scene=scene,
-            policy=policy,
+            options=options,
             model="der",
             steps=freeze(steps),
             resume={

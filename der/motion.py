@@ -142,8 +142,8 @@ def simulate(
     row = 8.0 * (kernels.ROW_SIZE + (6 * rod.nodes if configurations else 0))
     require_duration(scene, fixed, LARGEST_TURN, row / every if every else 0.0)
     unit = scene.ribbon.inertial_time
-    policy = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
-    if rod.retardation > 0.0 and policy.method in UNDAMPED:
+    options = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
+    if rod.retardation > 0.0 and options.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
     state, began = (start_state(rod), 0.0) if initial is None else initials.of(rod, initial)
     ends = _controls(scene, began)
@@ -156,12 +156,12 @@ def simulate(
         until == "snap",
     )
     given = options_given(tolerance=local if fixed is None else None, newton_tolerance=newton)
-    if policy.method not in _warm:
+    if options.method not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp
-        _warm.add(policy.method)
+        _warm.add(options.method)
         short = ends._replace(kinks=1e-9 * np.arange(2.0), first=ends.first[:1].repeat(2))
-        Loop(rod, state, policy._replace(step=1e-6), 1, False).go(short, course)
-    run = Loop(rod, state, policy, every, configurations)
+        Loop(rod, state, options._replace(step=1e-6), 1, False).go(short, course)
+    run = Loop(rod, state, options, every, configurations)
     if initial is not None:
         run.go_on(initial)
     begin = clock_time.perf_counter()

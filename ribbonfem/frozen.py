@@ -112,6 +112,11 @@ class Value:
         for name, value in state.items():
             object.__setattr__(self, name, _frozen(_handed(value)))
 
+    @property
+    def policy(self) -> Any:
+        """The name that `options` had."""
+        return getattr(self, "options")  # noqa: B009 (of those that have options)
+
     def _content(self) -> dict[str, Any]:
         content = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
         content.pop("seconds", None)
@@ -154,6 +159,6 @@ def some_rows(count: int, most: int = 12) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, min(count, most))}) if count else []
 
 
-def short_policy(policy: Mapping[str, Any]) -> str:
+def short_policy(options: Mapping[str, Any]) -> str:
     """A policy on one line: what was given, and not what is None."""
-    return ", ".join(f"{name}={value!r}" for name, value in policy.items() if value is not None)
+    return ", ".join(f"{name}={value!r}" for name, value in options.items() if value is not None)

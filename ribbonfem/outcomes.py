@@ -220,10 +220,10 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
             pairs += [(name, getattr(fold.scene, name), getattr(history.scene, name)) for name in names]
         if fold.model and history.model:
             pairs.append(("model", fold.model, history.model))
-        mesh = [name for name in MESH if name in fold.policy and name in history.policy]
-        if "elements" in mesh and min(fold.policy["elements"], history.policy["elements"]) >= _SETTLED:
+        mesh = [name for name in MESH if name in fold.options and name in history.options]
+        if "elements" in mesh and min(fold.options["elements"], history.options["elements"]) >= _SETTLED:
             mesh.remove("elements")
-        pairs += [(name, fold.policy[name], history.policy[name]) for name in mesh]
+        pairs += [(name, fold.options[name], history.options[name]) for name in mesh]
         for name, of_fold, of_run in pairs:
             if of_fold != of_run:
                 raise ValueError(

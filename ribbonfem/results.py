@@ -90,10 +90,10 @@ class Fold(Controlled):
     load: float
     model: str = ""
     scene: Scene | None = None
-    policy: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        of = "; ".join(part for part in (self.model, short_policy(self.policy)) if part)
+        of = "; ".join(part for part in (self.model, short_policy(self.options)) if part)
         return (
             f"Fold({told(self.scene, self.control, '.9g')}, z(1/2) {self.height:.9g} L, "
             f"load {self.load:.9g} EI2/L^2{f'; {of}' if of else ''})"
@@ -139,7 +139,7 @@ class Instability(Controlled):
     load: float
     model: str = ""
     scene: Scene | None = None
-    policy: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         what = ("subcritical " if self.subcritical and self.kind == "pitchfork" else "") + self.kind
@@ -177,7 +177,7 @@ class Branch(Controlled):
     folds: tuple[Fold, ...]
     configurations: Array
     scene: Scene
-    policy: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
     arclength: Array = None  # type: ignore[assignment]
     energy: Array = None  # type: ignore[assignment]
@@ -202,7 +202,7 @@ class Branch(Controlled):
             f"Branch({self.model or 'any model'}, {len(self)} points, {span}, "
             f"{int(np.count_nonzero(self.stable))} stable;\n"
             f"  folds at {folds} {unit};\n"
-            f"  {short_policy(self.policy)})"
+            f"  {short_policy(self.options)})"
         )
 
     def plot(self, axes: Any = None, **options: Any) -> Any:
@@ -277,7 +277,7 @@ class History(Controlled):
     configurations: Mapping[str, Array]
     stats: Mapping[str, float]
     scene: Scene
-    policy: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
     model: str = ""
     load: Array = None  # type: ignore[assignment]
     arclength: Array = None  # type: ignore[assignment]
@@ -298,7 +298,7 @@ class History(Controlled):
 
     def __repr__(self) -> str:
         if not len(self):
-            return f"History({self.model or 'any model'}, empty; {short_policy(self.policy)})"
+            return f"History({self.model or 'any model'}, empty; {short_policy(self.options)})"
         snap, leaves = self.snap, self.unstable_from
         turning = self.scene is None or self.scene.turning
         name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
@@ -316,7 +316,7 @@ class History(Controlled):
                 if abs(share) > TOLD
                 else ""
             )
-            + f"; {short_policy(self.policy)})"
+            + f"; {short_policy(self.options)})"
         )
 
     def plot(self, axes: Any = None, **options: Any) -> Any:
@@ -357,7 +357,7 @@ class History(Controlled):
         scene = self.scene
         if scene is None or scene.usual or self.model not in _MODELS:
             return 0.0
-        return snaps_from(scene, self.model, self.policy)
+        return snaps_from(scene, self.model, self.options)
 
     @property
     def unstable_from(self) -> float:
@@ -460,18 +460,18 @@ def _lost(history: History) -> Instability | None:
     """The instability at which a motion's state at rest is lost, if that is no fold."""
     if history.model not in _MODELS or history.scene is None:
         return None
-    result = _before_end(history.scene, history.model, history.policy)
+    result = _before_end(history.scene, history.model, history.options)
     return next((point for point in result if point.kind != "fold"), None)
 
 
-def snaps_from(scene: Scene, model: str, policy: Mapping[str, Any]) -> float:
+def snaps_from(scene: Scene, model: str, options: Mapping[str, Any]) -> float:
     """When a scene's control first passes an instability of its state at rest, s; infinite if never."""
-    result = _before_end(scene, model, policy)
+    result = _before_end(scene, model, options)
     return scene.passes(result[0].control) if result else np.inf
 
 
-def _before_end(scene: Scene, model: str, policy: Mapping[str, Any]) -> list[Instability]:
-    mesh = tuple((name, value) for name, value in policy.items() if name in MESH)
+def _before_end(scene: Scene, model: str, options: Mapping[str, Any]) -> list[Instability]:
+    mesh = tuple((name, value) for name, value in options.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
     far, sign = scene.furthest, scene.direction
     result = _instabilities(model, still, mesh)

@@ -18,9 +18,9 @@ from ribbonfem import Scene, elastica, kirchhoff, quasilinear
 REST = Scene(compression=0.40, shear=0.0, start="U+")
 
 
-def choice(label, seconds, error, default=False, **policy):
+def choice(label, seconds, error, default=False, **options):
     errors = {"snap": error, "shape": error}
-    return Candidate("dynamic-planar", "elastica", label, policy, default, 1, errors, errors, seconds)
+    return Candidate("dynamic-planar", "elastica", label, options, default, 1, errors, errors, seconds)
 
 
 @pytest.fixture(scope="module")
@@ -115,11 +115,11 @@ def test_rows_have_names_of_their_own():
 def test_defaults_are_those_of_the_models():
     parameters = inspect.signature(der.simulate).parameters
     family = next(f for f in FAMILIES if f.name == "der")
-    policy = default_policy(family, True)
-    assert policy["nodes"] == parameters["nodes"].default
-    assert policy["method"] == parameters["method"].default
-    assert policy["tolerance"] > 0.0
-    assert "step" not in policy
+    options = default_policy(family, True)
+    assert options["nodes"] == parameters["nodes"].default
+    assert options["method"] == parameters["method"].default
+    assert options["tolerance"] > 0.0
+    assert "step" not in options
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def diagram():
         predicted={},
         scene=SHEARED,
         model="der",
-        policy={},
+        options={},
         seed=0,
     )
 

@@ -77,7 +77,7 @@ def test_the_motion_takes_a_run_and_a_tighter_one_is_finer():
         assert answer.history is not None
         assert answer.history.model == "elastica"
         assert abs(answer.value - other.crossing()[1]) <= answer.error <= tolerance
-        meshes.append((answer.runs[-1].policy["elements"], -answer.runs[-1].policy["tolerance"]))
+        meshes.append((answer.runs[-1].options["elements"], -answer.runs[-1].options["tolerance"]))
     assert meshes[0] < meshes[1] < meshes[2]
 
 

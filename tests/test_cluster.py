@@ -24,11 +24,11 @@ def cluster():
 
 
 def test_a_diagram_on_a_cluster_is_that_of_this_process(cluster):
-    policy = {"nodes": 31, "samples": 1, "boundaries": False}
+    options = {"nodes": 31, "samples": 1, "boundaries": False}
     grid = ((0.2, 1.0, 2), (5.0, 30.0, 2))
     with executor_at(cluster.scheduler_address) as executor, Sweep(executor=executor) as sweep:
-        there = skipping_diagram(0.40, 0.40, *grid, sweep=sweep, **policy)
-    here = skipping_diagram(0.40, 0.40, *grid, sweep=Sweep(processes=1), **policy)
+        there = skipping_diagram(0.40, 0.40, *grid, sweep=sweep, **options)
+    here = skipping_diagram(0.40, 0.40, *grid, sweep=Sweep(processes=1), **options)
     assert to_bytes(there) == to_bytes(here)
 
 

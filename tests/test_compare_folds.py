@@ -183,7 +183,7 @@ def test_report_has_its_pictures_and_plain_values(section):
     assert (out / PAGE).read_text(encoding="utf-8").count("data:image/png;base64,") == 5
 
 
-@pytest.mark.parametrize("policy", [{"nodes": (51, 101)}, {"columns": 1}, {"phase_step": 0.0}])
-def test_refusals(policy):
-    with pytest.raises(ValueError, match=next(iter(policy))):
-        folds.main(**policy)
+@pytest.mark.parametrize("options", [{"nodes": (51, 101)}, {"columns": 1}, {"phase_step": 0.0}])
+def test_refusals(options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        folds.main(**options)

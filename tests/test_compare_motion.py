@@ -69,8 +69,8 @@ def test_parts_of_an_iteration_add_up():
 def test_a_price_is_of_an_error_that_no_tighter_tolerance_exceeds():
     """Made-up runs: errors fall with mesh and tolerance, but for one lucky run of the coarsest elements."""
     limit, result = 0.5, {}
-    for key, model, policy in speed._runs():
-        tolerance, mesh = policy["tolerance"], key[1]
+    for key, model, options in speed._runs():
+        tolerance, mesh = options["tolerance"], key[1]
         if model == "kirchhoff":
             off, seconds = 0.1 * tolerance + 20.0 * mesh**-10.0, 1e-3 * mesh * tolerance**-0.25
         else:

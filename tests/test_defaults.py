@@ -24,8 +24,8 @@ LEAVES = {
 }
 
 
-def snap(model, scene, **policy):
-    result = model.simulate(scene, until="snap", every=10**6, **policy).crossing()
+def snap(model, scene, **options):
+    result = model.simulate(scene, until="snap", every=10**6, **options).crossing()
     return np.nan if result is None else result[1]
 
 

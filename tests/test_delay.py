@@ -15,8 +15,8 @@ SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, dampin
 FREE = 2.338107410459767  # first zero of Ai(-x)
 
 
-def form(model, scene, *policy):
-    problem = model.functions.Statics(scene, *policy)
+def form(model, scene, *options):
+    problem = model.functions.Statics(scene, *options)
     return delay.ramp_normal_forms(problem, problem.start(), scene)[0]
 
 
@@ -109,11 +109,11 @@ def test_mirror_image():
 
 
 @pytest.mark.parametrize(
-    ("model", "policy"), [(quasilinear, (32,)), (elastica, (16, False)), (elastica, (16, True))]
+    ("model", "options"), [(quasilinear, (32,)), (elastica, (16, False)), (elastica, (16, True))]
 )
-def test_null_vector_and_frequencies_agree(model, policy):
+def test_null_vector_and_frequencies_agree(model, options):
     """Two ways to c a2: third derivatives at the fold, and omega^4 along the stable branch."""
-    problem = model.functions.Statics(SCENE, *policy)
+    problem = model.functions.Statics(SCENE, *options)
     fold = delay.ramp_normal_forms(problem, problem.start(), SCENE)[0]
     distances = np.array([1e-3, 5e-4, 2e-4, 1e-4])
     squares = []
@@ -136,12 +136,12 @@ def test_extensible_elastica_has_the_coefficient_of_rods():
 )
 def test_measured_delay_tends_to_the_predicted(model, damping, rates, power):
     """Simulated over predicted, at slow rates and extrapolated to none; the fold is that of the same mesh."""
-    policy = (32,) if model is quasilinear else (12, False)
-    fold = form(model, SCENE, *policy)
+    options = (32,) if model is quasilinear else (12, False)
+    fold = form(model, SCENE, *options)
     ratio = []
     for rate in rates:
         case = replace(SCENE, rate=rate, damping=damping)
-        history = model.simulate(case, elements=policy[0], tolerance=3e-6, until="snap")
+        history = model.simulate(case, elements=options[0], tolerance=3e-6, until="snap")
         late = history.crossing("height")[1] - fold.angle
         ratio.append(late / delay.predict(fold, rate, damping).angle)
         assert history.stats["steps"] < 8000

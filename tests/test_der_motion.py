@@ -21,8 +21,8 @@ def balance(history):
 SLOW = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, stop=0.604, damping=1.0)
 
 
-def snap_angle(**policy):
-    return der.simulate(SLOW, newton_tolerance=1e-11, **COARSE, **policy).crossing()[1]
+def snap_angle(**options):
+    return der.simulate(SLOW, newton_tolerance=1e-11, **COARSE, **options).crossing()[1]
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_start_at_rest_and_rows():
     normals = history.configurations["normals"]
     assert np.abs((tangents * normals).sum(axis=2)).max() < 1e-10
     assert np.abs((normals**2).sum(axis=2) - 1).max() < 1e-12
-    assert history.policy["nodes"] == 21
+    assert history.options["nodes"] == 21
     # U- beyond the snap
     assert history.height[0] > 0.2
     assert history.height[-1] < 0

@@ -128,8 +128,8 @@ def test_small_motions_decay_as_the_material_says():
         phi, omega = inverse * modes[:, k], np.sqrt(squares[k])
         assert omega / ribbon.inertial_time == pytest.approx(der.frequencies(scene, nodes=31)[k], rel=1e-6)
         rate = scene.scaled_damping + rod.retardation * phi @ (stiffer - plain) @ phi
-        policy = policy_of("midpoint", 0.01 / omega, 1e-6, 1e-12)
-        loop = Loop(rod, state, policy, 1, False, 1e-3 * phi, scene.scaled_damping)
+        options = policy_of("midpoint", 0.01 / omega, 1e-6, 1e-12)
+        loop = Loop(rod, state, options, 1, False, 1e-3 * phi, scene.scaled_damping)
         loop.go(
             held(scene, 0.0, 40.0 * np.pi / omega),
             kernels.Course(scene.scaled_damping, np.inf, -np.inf, False),
@@ -200,10 +200,10 @@ def test_clamps_are_where_the_control_says():
 
 
 @pytest.mark.parametrize(
-    "policy", [{}, {"method": "newmark", "step": 2.0**-7}, {"method": "midpoint", "step": 2.0**-7}]
+    "options", [{}, {"method": "newmark", "step": 2.0**-7}, {"method": "midpoint", "step": 2.0**-7}]
 )
 @pytest.mark.parametrize("drive", ["left", EVERYTHING])
-def test_what_is_gone_on_from_a_kink_is_the_uninterrupted_run(policy, drive):
+def test_what_is_gone_on_from_a_kink_is_the_uninterrupted_run(options, drive):
     """To the last bit, where instants and slopes are numbers without rounding: t* is 1 s."""
     ribbon = Ribbon(
         thickness=2.0**-7, young=12e3 * 2.0**14, density=1e3, curvature=(1.0, 2.0, 0.0), retardation=2.0**-6
@@ -218,9 +218,9 @@ def test_what_is_gone_on_from_a_kink_is_the_uninterrupted_run(policy, drive):
             ((0.0, 0.25), (0.0625, 0.125)),
         )
     )
-    begun = der.simulate(first, nodes=15, **policy)
-    rest = der.simulate(second, initial=begun, nodes=15, **policy)
-    whole = der.simulate(whole, nodes=15, **policy)
+    begun = der.simulate(first, nodes=15, **options)
+    rest = der.simulate(second, initial=begun, nodes=15, **options)
+    whole = der.simulate(whole, nodes=15, **options)
     count = len(rest)
     assert rest.time[0] == begun.time[-1] == 1.0
     for name in ("time", "control", "height", "slope"):
@@ -235,11 +235,11 @@ def test_what_is_gone_on_from_a_kink_is_the_uninterrupted_run(policy, drive):
 def test_what_is_gone_on_from_elsewhere_is_so_to_the_tolerance():
     begun = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=0.5)
     further = replace(begun, rate=0.1, stop=None, schedule=Schedule((0.0, 0.6), (0.5, 0.8)))
-    policy = {"tolerance": 1e-6, **COARSE}
-    first = der.simulate(begun, **policy)
-    rest = der.simulate(further, initial=first, **policy)
-    other = der.simulate(further, initial=first, method="esdirk3", **policy)
-    whole = der.simulate(replace(begun, stop=0.8), **policy)
+    options = {"tolerance": 1e-6, **COARSE}
+    first = der.simulate(begun, **options)
+    rest = der.simulate(further, initial=first, **options)
+    other = der.simulate(further, initial=first, method="esdirk3", **options)
+    whole = der.simulate(replace(begun, stop=0.8), **options)
     assert rest.time[0] == pytest.approx(1.0, abs=1e-12)
     for run in (rest, other):
         assert run.crossing()[0] == pytest.approx(whole.crossing()[0], abs=1e-4)
@@ -247,7 +247,7 @@ def test_what_is_gone_on_from_elsewhere_is_so_to_the_tolerance():
     turned = Scene(
         compression=0.40, shear=0.37, drive="right", preset={"left": 0.5}, rate=0.5, stop=0.1, damping=3.0
     )
-    moved = der.simulate(turned, initial=first, **policy)
+    moved = der.simulate(turned, initial=first, **options)
     assert moved.control[0] == 0.0
     assert moved.time[-1] == pytest.approx(1.2, abs=1e-12)
     assert np.abs(np.diff(moved.energies["work"])[:3]).max() < 1e-3
@@ -316,9 +316,9 @@ def test_motions_against_elements(retardation):
         gravity=(1.0, 0.5, -3.0),
         ribbon=replace(LOADED["ribbon"], retardation=retardation),
     )
-    policy = {"tolerance": 1e-6, "configurations": False}
-    reference = kirchhoff.simulate(scene, elements=6, extensible=True, **policy)
-    coarse, fine = (der.simulate(scene, nodes=n, **policy) for n in (41, 81))
+    options = {"tolerance": 1e-6, "configurations": False}
+    reference = kirchhoff.simulate(scene, elements=6, extensible=True, **options)
+    coarse, fine = (der.simulate(scene, nodes=n, **options) for n in (41, 81))
     at = np.array([0.5, 1.0, 1.5, 2.0, 4.0])
 
     def off(read):

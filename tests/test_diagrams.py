@@ -84,15 +84,15 @@ def test_a_diagram_is_a_value(diagram):
 
 
 def test_a_resumed_diagram_is_the_same_and_the_centre_is_a_sample(tmp_path):
-    policy = {"nodes": 31, "samples": 1, "boundaries": False}
+    options = {"nodes": 31, "samples": 1, "boundaries": False}
     with Sweep(folder=tmp_path, processes=1) as sweep:
-        one = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **policy)
+        one = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **options)
     files = sorted(tmp_path.rglob("*.result"))
     assert len(files) == 4
     files[0].write_bytes(b"spoilt")
     files[1].unlink()
     with Sweep(folder=tmp_path, processes=2) as sweep:
-        two = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **policy)
+        two = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **options)
     assert to_bytes(one) == to_bytes(two)
     assert {(s.rate, s.damping) for s in one.samples} == {(r, d) for r in one.rates for d in one.dampings}
 
@@ -273,9 +273,9 @@ def test_public_names():
         assert callable(getattr(compare, name))
 
 
-def shares_around(model, rate, damping, count=200, **policy):
+def shares_around(model, rate, damping, count=200, **options):
     """Shares of outcomes around (0.40, 0.40) within 10^(+-0.05) of a rate and a damping."""
-    base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, policy)
+    base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, options)
     places = 10.0 ** (0.1 * qmc.Halton(2, seed=5).random(count) - 0.05)
     result = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]
     return np.array([result.count(name) / count for name in runs.SKIPPING])

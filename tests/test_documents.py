@@ -242,7 +242,7 @@ def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
     assert "behind the fold" in capsys.readouterr().out
     assert names["diagram"].outcome.shape == (3, 3)
     rods, elements = (
-        np.array([fold.angle for fold in model.folds(names["ramp"], **policy)])
-        for model, policy in ((names["der"], {"nodes": 101}), (names["kirchhoff"], {"extensible": True}))
+        np.array([fold.angle for fold in model.folds(names["ramp"], **options)])
+        for model, options in ((names["der"], {"nodes": 101}), (names["kirchhoff"], {"extensible": True}))
     )
     np.testing.assert_allclose(rods, elements, atol=1e-3)

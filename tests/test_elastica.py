@@ -421,7 +421,7 @@ def test_refusals():
     with pytest.raises(SceneError, match="stop"):
         elastica.simulate(scene())
     case = scene(stop=1.2)
-    for policy, word in (
+    for options, word in (
         ({"elements": 2}, "elements"),
         ({"extensible": 1}, "extensible"),
         ({"method": "verlet"}, "verlet"),
@@ -432,6 +432,6 @@ def test_refusals():
         ({"until": "later"}, "later"),
     ):
         with pytest.raises(OptionError, match=word):
-            elastica.simulate(case, **policy)
+            elastica.simulate(case, **options)
     with pytest.raises(SolverError, match="stopped at t"):
         elastica.simulate(case, tolerance=1e-30)

@@ -94,11 +94,11 @@ def test_stills_name_the_shapes(tmp_path):
     plt.close(figure)
 
 
-@pytest.mark.parametrize(("model", "policy"), [(der, {"nodes": 51}), (kirchhoff, {"elements": 12})])
+@pytest.mark.parametrize(("model", "options"), [(der, {"nodes": 51}), (kirchhoff, {"elements": 12})])
 @pytest.mark.parametrize("turned", ["left", "right"])
-def test_states_of_a_curve_have_a_surface(model, policy, turned, tmp_path):
+def test_states_of_a_curve_have_a_surface(model, options, turned, tmp_path):
     scene = replace(SCENE, drive=turned, stop=None)
-    branch = model.equilibria(scene, span=(-0.2, 0.3), **policy)
+    branch = model.equilibria(scene, span=(-0.2, 0.3), **options)
     strip = of_branch(branch, 9)
     np.testing.assert_allclose(area(strip), FLAT, rtol=1e-3)
     # the clamp that turns is turned by alpha, the other one level
@@ -107,7 +107,7 @@ def test_states_of_a_curve_have_a_surface(model, policy, turned, tmp_path):
     np.testing.assert_allclose(strip.normal[:, last, 2], 1.0, atol=2e-3)
     # at rest a curve and a state are one
     start = int(np.flatnonzero(branch.angle == 0.0)[0])
-    rest = model.state(scene, **policy)
+    rest = model.state(scene, **options)
     np.testing.assert_allclose(branch.configurations[start], rest.positions, atol=1e-9)
     if turned == "left" and model is der:
         with Image.open(film(branch, tmp_path / "curve.gif", frames=4)) as picture:

@@ -90,9 +90,9 @@ def test_runs_end_on_the_stop_and_not_by_a_step_of_rounding():
             compression=0.3, shear=0.0, start="U+", rate=rate, stop=stop, damping=1.0, ribbon=ribbon
         )
         count = int(rng.integers(3, 400)) if rng.random() < 0.5 else rng.uniform(3, 400)
-        policy = {"step": stop / rate / count} if k % 4 < 2 else {"tolerance": 1e-3}
+        options = {"step": stop / rate / count} if k % 4 < 2 else {"tolerance": 1e-3}
         hold = {} if k % 5 else {"hold": stop / rate * 10.0 ** rng.uniform(-18, -13)}
-        run = model.simulate(replace(scene, **hold), **mesh, **policy)
+        run = model.simulate(replace(scene, **hold), **mesh, **options)
         steps = np.diff(run.time)
         assert steps.min() > 1e-8 * run.time[-1]
         assert steps[-1] > 1e-5 * np.median(steps)

@@ -22,7 +22,7 @@ class Stopped(Exception):
 
 
 @pytest.mark.parametrize(
-    ("model", "scene", "policy"),
+    ("model", "scene", "options"),
     [
         (der, RIBBON, {"nodes": 51, **BARE}),
         (der, RIBBON, {"nodes": 801, **BARE}),
@@ -38,9 +38,9 @@ class Stopped(Exception):
         (elastica, BEAM, {"elements": 10, "every": 10_000, **LONG}),
     ],
 )
-def test_a_long_run_is_interrupted_within_a_second(model, scene, policy):
+def test_a_long_run_is_interrupted_within_a_second(model, scene, options):
     # compiled before the clock starts
-    model.simulate(replace(scene, stop=1e-4, hold=0.0), **policy)
+    model.simulate(replace(scene, stop=1e-4, hold=0.0), **options)
 
     def stop(*_):
         raise Stopped
@@ -50,7 +50,7 @@ def test_a_long_run_is_interrupted_within_a_second(model, scene, policy):
     try:
         signal.setitimer(signal.ITIMER_PROF, after)
         with pytest.raises(Stopped):
-            model.simulate(scene, **policy)
+            model.simulate(scene, **options)
         assert time.process_time() - began < after + 1.0
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -59,7 +59,7 @@ def test_a_long_run_is_interrupted_within_a_second(model, scene, policy):
 
 @pytest.mark.parametrize("at_once", [1, 3_000, 17_000])
 @pytest.mark.parametrize(
-    ("model", "policy"),
+    ("model", "options"),
     [
         (der, {"nodes": 31}),
         (der, {"nodes": 31, "configurations": False, "every": 3}),
@@ -72,10 +72,10 @@ def test_a_long_run_is_interrupted_within_a_second(model, scene, policy):
         (quasilinear, {"elements": 4}),
     ],
 )
-def test_a_run_in_parts_is_the_run_in_one(model, policy, at_once, monkeypatch):
+def test_a_run_in_parts_is_the_run_in_one(model, options, at_once, monkeypatch):
     scene = replace(BEAM if model in (elastica, quasilinear) else RIBBON, hold=0.2)
     monkeypatch.setattr(growing, "_AT_ONCE", 10**12)
-    whole = model.simulate(scene, **policy)
+    whole = model.simulate(scene, **options)
     monkeypatch.setattr(growing, "_AT_ONCE", at_once)
-    assert model.simulate(scene, **policy) == whole
+    assert model.simulate(scene, **options) == whole
     assert np.isfinite(whole.height).all()

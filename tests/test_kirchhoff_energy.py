@@ -21,8 +21,8 @@ def balance(history):
 def test_discrete_gradient_balances_at_any_step(extensible, gyroscopic):
     """Work of a fast clamp and friction included: to what Newton leaves, with steps that resolve little."""
     case = replace(SNAP, rate=2.0, hold=0.5)
-    policy = {"elements": 4, "extensible": extensible, "gyroscopic": gyroscopic, "step": 4e-3}
-    history = kirchhoff.simulate(case, method="discrete-gradient", configurations=False, **policy)
+    options = {"elements": 4, "extensible": extensible, "gyroscopic": gyroscopic, "step": 4e-3}
+    history = kirchhoff.simulate(case, method="discrete-gradient", configurations=False, **options)
     assert history.energies["kinetic"].max() > 1.0
     assert history.energies["dissipated"][-1] > 1.0
     # the impulse of each kink is balanced too
@@ -37,8 +37,8 @@ def kinetic_at_snap(history):
 def test_undamped_ringing_keeps_its_energy(extensible):
     """A second beyond a snap that nothing damps."""
     case = replace(SNAP, rate=0.1, stop=0.585, damping=0.0, hold=1.2)
-    policy = {"extensible": extensible, "configurations": False}
-    history = kirchhoff.simulate(case, method="discrete-gradient", step=1e-3, **policy)
+    options = {"extensible": extensible, "configurations": False}
+    history = kirchhoff.simulate(case, method="discrete-gradient", step=1e-3, **options)
     assert np.ptp(balance(history)) < 1e-5 * kinetic_at_snap(history)
 
 
@@ -46,17 +46,17 @@ def test_undamped_ringing_keeps_its_energy(extensible):
 def test_its_steps_adapt(extensible):
     """Short where the ribbon rings after its snap, long before; the snap within what the tolerance leaves."""
     case = replace(SNAP, rate=0.1, stop=0.585, damping=0.0, hold=0.5)
-    policy = {"extensible": extensible, "configurations": False}
-    fine = kirchhoff.simulate(case, tolerance=1e-6, until="snap", **policy).crossing()[0]
+    options = {"extensible": extensible, "configurations": False}
+    fine = kirchhoff.simulate(case, tolerance=1e-6, until="snap", **options).crossing()[0]
     errors = []
     for tolerance in (1e-3, 3e-5):
-        history = kirchhoff.simulate(case, method="discrete-gradient", tolerance=tolerance, **policy)
+        history = kirchhoff.simulate(case, method="discrete-gradient", tolerance=tolerance, **options)
         steps = np.diff(history.time)
         before = (history.time[1:] > 3.0) & (history.time[1:] < 5.0)
         assert np.median(steps[history.time[1:] > fine + 0.2]) < 0.5 * np.median(steps[before])
         assert np.ptp(balance(history)) < 1e-4 * kinetic_at_snap(history)
         errors.append(abs(history.crossing()[0] - fine))
-    assert history.policy["tolerance"] == 3e-5
+    assert history.options["tolerance"] == 3e-5
     assert errors[1] < 2e-4
     # of order 2: the error in proportion to the tolerance to the power 2 / 3
     assert errors[1] < 0.2 * errors[0], errors

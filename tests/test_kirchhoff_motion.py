@@ -26,9 +26,9 @@ def balance(history):
     return e["kinetic"] + e["elastic"] + e["dissipated"] - e["work"]
 
 
-def snap(scene, quantity="height", **policy):
-    policy = {"until": "snap", "configurations": False, **policy}
-    return kirchhoff.simulate(scene, **policy).crossing(quantity)[1]
+def snap(scene, quantity="height", **options):
+    options = {"until": "snap", "configurations": False, **options}
+    return kirchhoff.simulate(scene, **options).crossing(quantity)[1]
 
 
 # --- derivatives ---------------------------------------------------------------------------------
@@ -186,13 +186,13 @@ def test_snaps_are_those_of_the_rods_limit():
     first = Scene(compression=0.33, shear=0.34, start="U+S-", rate=0.2, damping=0.5, stop=0.7)
     second = Scene(compression=0.40, shear=0.40, start="U+S+", rate=1.0, damping=10.0, stop=0.7)
     third = Scene(compression=0.37, shear=0.385, start="U+S+", rate=0.3, damping=3.0, stop=0.55)
-    policy = {"extensible": True, "elements": 10, "tolerance": 3e-6}
-    assert snap(first, **policy) == pytest.approx(0.5962089, abs=3e-6)
-    assert snap(second, "slope", **policy) == pytest.approx(0.338914, abs=2e-5)
-    assert snap(second, **policy) == pytest.approx(0.6000015, abs=5e-6)
-    assert snap(third, "slope", **policy) == pytest.approx(0.214532, abs=5e-6)
+    options = {"extensible": True, "elements": 10, "tolerance": 3e-6}
+    assert snap(first, **options) == pytest.approx(0.5962089, abs=3e-6)
+    assert snap(second, "slope", **options) == pytest.approx(0.338914, abs=2e-5)
+    assert snap(second, **options) == pytest.approx(0.6000015, abs=5e-6)
+    assert snap(third, "slope", **options) == pytest.approx(0.214532, abs=5e-6)
     # rattles between its snaps
-    assert snap(third, **policy) == pytest.approx(0.48392, abs=1.2e-4)
+    assert snap(third, **options) == pytest.approx(0.48392, abs=1.2e-4)
 
 
 @pytest.mark.parametrize("extensible", [False, True])
@@ -212,11 +212,11 @@ def test_planar_ribbon_is_the_elastica(extensible):
 
 def test_mirrored_scenes_move_alike():
     """z -> -z turns rate and U, y -> -y the shear."""
-    policy = {"elements": 4, "step": 0.01}
-    first = snap(SNAP, **policy)
+    options = {"elements": 4, "step": 0.01}
+    first = snap(SNAP, **options)
     down = replace(SNAP, start="U-S-", rate=-0.5, stop=-0.8)
-    assert snap(down, **policy) == pytest.approx(-first, abs=1e-9)
-    assert snap(replace(SNAP, shear=-0.37), **policy) == pytest.approx(first, abs=1e-9)
+    assert snap(down, **options) == pytest.approx(-first, abs=1e-9)
+    assert snap(replace(SNAP, shear=-0.37), **options) == pytest.approx(first, abs=1e-9)
 
 
 # --- orders --------------------------------------------------------------------------------------
@@ -241,8 +241,8 @@ STEPS = {"esdirk4": (0.1, 0.05, 0.025), "implicit-euler": (0.02, 0.01, 0.005)}
 @cache
 def end_of_ramp(method, step, extensible):
     """Positions."""
-    policy = {"elements": 4, "extensible": extensible, "step": step, "method": method}
-    history = kirchhoff.simulate(replace(STICKY, stop=0.6), **policy)
+    options = {"elements": 4, "extensible": extensible, "step": step, "method": method}
+    history = kirchhoff.simulate(replace(STICKY, stop=0.6), **options)
     return history.configurations["positions"][-1]
 
 
@@ -351,9 +351,9 @@ def test_full_turns_of_the_clamp():
 def test_gyroscopic_moment_is_what_the_rods_leave_out():
     """In direction and size what an independent prototype found, with every method."""
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", rate=1.0, damping=10.0, stop=0.7)
-    policy = {"extensible": True, "elements": 6, "step": 0.002}
+    options = {"extensible": True, "elements": 6, "step": 0.002}
     shifts = [
-        snap(scene, quantity, gyroscopic=True, **policy) - snap(scene, quantity, **policy)
+        snap(scene, quantity, gyroscopic=True, **options) - snap(scene, quantity, **options)
         for quantity in ("slope", "height")
     ]
     assert shifts[0] == pytest.approx(-1.0e-5, abs=1e-6)
@@ -400,9 +400,9 @@ def test_rows_do_not_matter(method, monkeypatch):
 @pytest.mark.parametrize(("damping", "side"), [(0.3, -1.0), (10.0, 1.0)])
 def test_decided_runs_end_early_in_the_same_state(damping, side):
     scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.36, damping=damping, hold=10.0)
-    policy = {"elements": 4, "tolerance": 1e-4, "configurations": False}
-    whole = kirchhoff.simulate(scene, **policy)
-    short = kirchhoff.simulate(scene, until="decided", **policy)
+    options = {"elements": 4, "tolerance": 1e-4, "configurations": False}
+    whole = kirchhoff.simulate(scene, **options)
+    short = kirchhoff.simulate(scene, until="decided", **options)
     assert short.time[-1] < 0.7 * whole.time[-1]
     assert np.array_equal(short.height, whole.height[: len(short)])
     assert np.sign(short.height[-1]) == np.sign(whole.height[-1]) == side
@@ -426,7 +426,7 @@ def test_coarse_steps_are_halved_through_the_snap(step):
 
 
 def test_bad_policies_are_named():
-    for policy, text in (
+    for options, text in (
         ({"elements": 5}, "elements = 5"),
         ({"method": "midpoint"}, "method = 'midpoint'"),
         ({"step": 0.1, "tolerance": 1e-3}, "give one of them"),
@@ -436,7 +436,7 @@ def test_bad_policies_are_named():
         ({"gyroscopic": 1}, "gyroscopic = 1"),
     ):
         with pytest.raises(OptionError, match=text):
-            kirchhoff.simulate(SNAP, **policy)
+            kirchhoff.simulate(SNAP, **options)
     with pytest.raises(SceneError, match=r"Scene\.stop"):
         kirchhoff.simulate(replace(SNAP, stop=None))
     with pytest.raises(SolverError, match="stopped at t = 0 s") as caught:

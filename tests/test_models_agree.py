@@ -14,8 +14,8 @@ BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, sto
 PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.63)
 
 
-def snap(scene, nodes, **policy):
-    return der.simulate(scene, nodes=nodes, tolerance=1e-6, configurations=False, **policy).crossing()[1]
+def snap(scene, nodes, **options):
+    return der.simulate(scene, nodes=nodes, tolerance=1e-6, configurations=False, **options).crossing()[1]
 
 
 def limit(coarse, fine, nodes):
@@ -81,7 +81,7 @@ def test_normal_forms_of_rods_and_elements():
 
 
 @pytest.mark.parametrize(
-    ("model", "scene", "policy"),
+    ("model", "scene", "options"),
     [
         (kirchhoff, PATH_1, {"method": "esdirk4", "tolerance": 1e-5}),
         (kirchhoff, PATH_1, {"method": "generalised-alpha", "step": 5e-3}),
@@ -91,8 +91,8 @@ def test_normal_forms_of_rods_and_elements():
         (quasilinear, BEAM, {"tolerance": 1e-5}),
     ],
 )
-def test_velocity_is_the_rate_of_the_height(model, scene, policy):
-    history = model.simulate(scene, until="snap", **policy)
+def test_velocity_is_the_rate_of_the_height(model, scene, options):
+    history = model.simulate(scene, until="snap", **options)
     t, z, v = history.time, history.height, history.velocity
     # of the cubics through two rows and their velocities, against a spline through the heights alone
     middle = 0.5 * (z[1:] + z[:-1]) + np.diff(t) * (v[:-1] - v[1:]) / 8.0
@@ -105,8 +105,8 @@ def test_velocity_is_the_rate_of_the_height(model, scene, policy):
 
 @pytest.mark.parametrize("model", [kirchhoff, der])
 def test_velocities_that_ring_are_not_told(model):
-    policy = {"method": "discrete-gradient", "step": 5e-3, "configurations": False}
-    assert np.isnan(model.simulate(replace(PATH_1, stop=0.1), **policy).velocity).all()
+    options = {"method": "discrete-gradient", "step": 5e-3, "configurations": False}
+    assert np.isnan(model.simulate(replace(PATH_1, stop=0.1), **options).velocity).all()
 
 
 def test_load_is_a_column_of_every_motion():
@@ -120,7 +120,7 @@ def test_load_is_a_column_of_every_motion():
 
 
 @pytest.mark.parametrize(
-    ("model", "scene", "policy"),
+    ("model", "scene", "options"),
     [
         (quasilinear, BEAM, {"elements": 16}),
         (elastica, BEAM, {"elements": 16}),
@@ -129,8 +129,8 @@ def test_load_is_a_column_of_every_motion():
         (der, PATH_1, {"nodes": 31}),
     ],
 )
-def test_a_branch_and_a_motion_have_one_energy(model, scene, policy):
-    branch = model.equilibria(scene, span=(-0.1, 0.6), **policy)
+def test_a_branch_and_a_motion_have_one_energy(model, scene, options):
+    branch = model.equilibria(scene, span=(-0.1, 0.6), **options)
     start = np.flatnonzero(branch.angle == 0.0)[0]
-    motion = model.simulate(replace(scene, stop=1e-3), **policy)
+    motion = model.simulate(replace(scene, stop=1e-3), **options)
     assert branch.energy[start] == pytest.approx(motion.energies["elastic"][0], rel=1e-9)

@@ -121,11 +121,11 @@ def test_exudyn_snaps_where_the_elastica_does():
 def test_exudyn_on_the_ribbon_needs_a_full_newton():
     pytest.importorskip("exudyn")
     scene = replace(peers.RIBBON, stop=0.02)
-    policy = {"elements": 20, "step": 1e-2, "shear": 1.0}
-    history = peer_exudyn.simulate(scene, modified_newton=False, **policy)
+    options = {"elements": 20, "step": 1e-2, "shear": 1.0}
+    history = peer_exudyn.simulate(scene, modified_newton=False, **options)
     assert abs(history.height[-1] - 0.254) < 0.02
     with pytest.raises(SolverError, match="Exudyn"):
-        peer_exudyn.simulate(scene, **policy)
+        peer_exudyn.simulate(scene, **options)
 
 
 def test_pyelastica_starts_at_rest_and_turns():

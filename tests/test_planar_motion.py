@@ -48,8 +48,8 @@ RIGS = [
 def test_a_rig_moves_as_in_three_dimensions_and_its_energies_balance(rig, extensible):
     scene = Scene(**{**PLANAR, **rig})
     # (on 8 elements the two take what rings for different waves, 1e-5 L)
-    policy = {"elements": 12, "extensible": extensible, "tolerance": 1e-6, "configurations": False}
-    plane, space = (model.simulate(scene, **policy) for model in (elastica, kirchhoff))
+    options = {"elements": 12, "extensible": extensible, "tolerance": 1e-6, "configurations": False}
+    plane, space = (model.simulate(scene, **options) for model in (elastica, kirchhoff))
     # without the power of any one of what moves, or the weight, it is off by a hundredth and more
     assert balance(plane) < 5e-4 * max(1.0, np.abs(plane.energies["work"]).max())
     at = np.linspace(0.0, plane.time[-1], 40)[1:]
@@ -114,15 +114,15 @@ def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
 def test_means_of_forces_balance_to_rounding_at_any_step(rig, extensible):
     """Work of fast clamps, friction, weight and a snap included, with steps that resolve little."""
     scene = Scene(**({**PLANAR, "rate": 2.0, "stop": 1.5} if "hold" in rig else PLANAR) | rig)
-    policy = {"extensible": extensible, "configurations": False, "method": "discrete-gradient"}
-    run = elastica.simulate(scene, step=4e-3, **policy)
+    options = {"extensible": extensible, "configurations": False, "method": "discrete-gradient"}
+    run = elastica.simulate(scene, step=4e-3, **options)
     # the first steps from rest have too little kinetic energy to take from
     assert balance(run) < 1e-8
     assert np.isnan(run.velocity).all()
     if "hold" in rig:
         assert run.energies["kinetic"].max() > 1.0
         # the same rule in three dimensions, up to the snap, and one of higher order
-        other = kirchhoff.simulate(scene, step=4e-3, until="snap", **policy)
+        other = kirchhoff.simulate(scene, step=4e-3, until="snap", **options)
         assert run.snap[1] == pytest.approx(other.snap[1], abs=1e-5)
         fine = elastica.simulate(scene, extensible=extensible, tolerance=1e-6, until="snap")
         assert run.snap[1] == pytest.approx(fine.snap[1], abs=2e-3)

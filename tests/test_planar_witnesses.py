@@ -52,9 +52,9 @@ def drawn(count, retarding=False):
     return scenes
 
 
-def snap(model, scene, **policy):
+def snap(model, scene, **options):
     """The control at which the height passes that of the clamps."""
-    result = model.simulate(scene, configurations=False, until="snap", **policy).snap
+    result = model.simulate(scene, configurations=False, until="snap", **options).snap
     return np.nan if result is None else result[1]
 
 
@@ -86,10 +86,10 @@ def test_the_elastica_and_rods_have_one_limit(index):
     assert abs(rods - plane) < 1e-5, scene
 
 
-def compared(scene, extensible, policy):
+def compared(scene, extensible, options):
     """How far snaps and heights of the two are apart, and how well energies balance."""
     runs = [
-        model.simulate(scene, configurations=False, extensible=extensible, **policy)
+        model.simulate(scene, configurations=False, extensible=extensible, **options)
         for model in (elastica, kirchhoff)
     ]
     at = np.linspace(0.0, runs[0].time[-1], 60)[1:]

@@ -247,7 +247,7 @@ def test_a_stepper(model, mesh):
     loose = model.simulate(scene, method=bank(), tolerance=1e-5, until="snap", **mesh).crossing()[1]
     assert loose == pytest.approx(snaps[2], abs=2e-3)
     # it stands in the result, and files hold it
-    assert runs[0].policy["method"] == bank()
+    assert runs[0].options["method"] == bank()
 
 
 @pytest.mark.parametrize(

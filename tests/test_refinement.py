@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,15 +22,17 @@ def told(result):
 
 
 def test_elastica_is_of_tenth_order():
-    result = convergence(elastica, REST, "fold", over={"elements": (32, 12, 24, 16)})
-    assert result.at == (12, 16, 24, 32)
+    # (where the beam is bent more, its error changes sign on the way: many meshes show the order there, in
+    # `test_elastica`)
+    flat = replace(REST, compression=0.10)
+    result = convergence(elastica, flat, "fold", over={"elements": (24, 8, 16, 12)})
+    assert result.at == (8, 12, 16, 24)
     assert result.expected == 10.0
-    # (its error changes sign on the way: many meshes show the order, in `test_elastica`)
-    assert abs(result.order - 10.0) < 2.0, told(result)
+    assert abs(result.order - 10.0) < 0.5, told(result)
     # the elements of another model, which share no mechanics
-    (other,) = kirchhoff.folds(REST)
-    assert abs(result.limit - other.angle) < 2e-9
-    assert result.dofs == (61, 81, 121, 161)
+    (other,) = kirchhoff.folds(flat)
+    assert abs(result.limit - other.angle) < 1e-10
+    assert result.dofs == (41, 61, 81, 121)
 
 
 def test_quasilinear_is_of_fourth_order_against_the_closed_form():
@@ -68,12 +72,12 @@ def test_rest_states(quantity):
 
 
 def test_quantities_of_a_ramp_end_where_it_stops():
-    policy = {"method": "newmark", "step": 1e-2}
-    shape = convergence("elastica", SHORT, "shape", over={"elements": (8, 16, 24)}, **policy)
+    options = {"method": "newmark", "step": 1e-2}
+    shape = convergence("elastica", SHORT, "shape", over={"elements": (8, 16, 24)}, **options)
     assert shape.errors[0] > 10.0 * shape.errors[1] > 0.0
     assert shape.values[0].shape == (9, 3)
-    energy = convergence("elastica", SHORT, "energy", over={"elements": (8, 16, 24)}, **policy)
-    history = elastica.simulate(SHORT, elements=24, **policy)
+    energy = convergence("elastica", SHORT, "energy", over={"elements": (8, 16, 24)}, **options)
+    history = elastica.simulate(SHORT, elements=24, **options)
     assert energy.values[-1] == history.energies["kinetic"][-1] + history.energies["elastic"][-1]
     balance = convergence(
         "elastica", SHORT, "balance", over={"step": (1e-2, 5e-3)}, method="newmark", elements=8
@@ -83,8 +87,8 @@ def test_quantities_of_a_ramp_end_where_it_stops():
 
 
 def test_a_function_is_a_quantity():
-    def load(model, scene, **policy):
-        return model.folds(scene, **policy)[0].load
+    def load(model, scene, **options):
+        return model.folds(scene, **options)[0].load
 
     result = convergence(kirchhoff, REST, load, over={"elements": (6, 8, 10)})
     assert result.quantity == "load"
@@ -132,7 +136,7 @@ def test_shapes_are_compared_where_they_have_points():
 
 
 @pytest.mark.parametrize(
-    ("model", "quantity", "over", "policy", "named"),
+    ("model", "quantity", "over", "options", "named"),
     [
         (elastica, "fold", {"nodes": (11, 21, 41)}, {}, "nodes = .*elastica.folds takes elements"),
         (der, "fold", {"step": (1e-2, 5e-3, 1e-3)}, {}, "step = .*der.folds takes nodes"),
@@ -144,9 +148,9 @@ def test_shapes_are_compared_where_they_have_points():
         ("beam", "fold", {"elements": (8, 16, 32)}, {}, "model = 'beam'.*quasilinear"),
     ],
 )
-def test_what_cannot_be_refined_is_named(model, quantity, over, policy, named):
+def test_what_cannot_be_refined_is_named(model, quantity, over, options, named):
     with pytest.raises(OptionError, match=named):
-        convergence(model, REST, quantity, over=over, **policy)
+        convergence(model, REST, quantity, over=over, **options)
 
 
 def test_unknowns_are_counted_as_the_models_have_them():

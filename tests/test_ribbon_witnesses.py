@@ -76,8 +76,8 @@ def elements_limit(scene):
     """12 elements at a tight tolerance; in doubt by what a looser one, or 8 elements, change."""
 
     def result(elements, tolerance):
-        policy = {"extensible": True, "configurations": False, "until": "snap"}
-        return snaps(kirchhoff.simulate(scene, elements=elements, tolerance=tolerance, **policy))
+        options = {"extensible": True, "configurations": False, "until": "snap"}
+        return snaps(kirchhoff.simulate(scene, elements=elements, tolerance=tolerance, **options))
 
     fine = result(12, 1e-7)
     doubts = np.maximum(abs(fine - result(12, 3e-7)), abs(fine - result(8, 1e-7)))
@@ -107,8 +107,8 @@ def test_the_default_mesh_is_near_the_limit_of_its_own(index, extensible):
     scene = drawn(20)[index]
 
     def result(tolerance, **mesh):
-        policy = {"extensible": extensible, "configurations": False, "until": "snap"}
-        return snaps(kirchhoff.simulate(scene, tolerance=tolerance, **mesh, **policy))
+        options = {"extensible": extensible, "configurations": False, "until": "snap"}
+        return snaps(kirchhoff.simulate(scene, tolerance=tolerance, **mesh, **options))
 
     fine = np.array([result(1e-8, elements=elements) for elements in (16, 20, 24, 32)])
     doubts = np.ptp(fine, axis=0)

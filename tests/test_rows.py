@@ -43,11 +43,11 @@ def result(history):
 @pytest.mark.parametrize("until", ["end", "snap"])
 @pytest.mark.parametrize("name", RUNS)
 def test_what_is_found_does_not_depend_on_the_rows_kept(name, until):
-    model, scene, policy = RUNS[name]
-    whole = model.simulate(scene, every=1, until=until, **policy)
+    model, scene, options = RUNS[name]
+    whole = model.simulate(scene, every=1, until=until, **options)
     assert whole.crossing() is not None
     for every in (None, 7, 20, 100, 1000):
-        some = model.simulate(scene, every=every, until=until, **policy)
+        some = model.simulate(scene, every=every, until=until, **options)
         assert result(some) == result(whole), every
         if every is None:
             assert len(some) == len(whole) == whole.stats["steps"] + 1
@@ -92,12 +92,12 @@ def between(rows, time, values):
 )
 def test_rows_that_fill_the_memory_are_thinned(name, most, monkeypatch):
     """A line through those left is within 1e-3 L of all, and what is found is the same."""
-    model, scene, policy = RUNS[name]
-    policy = {**policy, "tolerance": 1e-5}
-    whole = model.simulate(scene, every=1, **policy)
+    model, scene, options = RUNS[name]
+    options = {**options, "tolerance": 1e-5}
+    whole = model.simulate(scene, every=1, **options)
     monkeypatch.setattr(ribbonfem.rows, "MOST", 8 * most)
     monkeypatch.setattr(ribbonfem.rows, "LEAST", 10)
-    some = model.simulate(scene, **policy)
+    some = model.simulate(scene, **options)
     assert len(some) < 0.5 * len(whole)
     assert result(some)[:4] == result(whole)[:4]
     assert some.angle[-1] == whole.angle[-1]

@@ -167,12 +167,12 @@ def test_lead_of_ribbons(scene, quantity, limit):
     assert rods[1] + (rods[1] - rods[0]) / 3 == pytest.approx(ribbon.time, abs=1e-3)
 
 
-def measured(model, scene, quantity, form, **policy):
+def measured(model, scene, quantity, form, **options):
     """Time from the fold to the snap on the ramp itself, s."""
     first = delay.predict(form, scene.rate, scene.damping)
     until = "snap" if quantity == "snap" else "end"
     stop = form.angle + 1.2 * first.angle + 0.3 * scene.rate
-    history = model.simulate(replace(scene, stop=stop), until=until, **policy)
+    history = model.simulate(replace(scene, stop=stop), until=until, **options)
     crossing = history.crossing("height" if quantity == "snap" else "slope")
     return crossing[0] - form.angle / scene.rate
 

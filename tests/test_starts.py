@@ -15,26 +15,26 @@ def scenes(count):
         shear = rng.uniform(0.3, 0.65) * states.most_shear(compression) * rng.choice([-1.0, 1.0])
         ribbon = Ribbon(thickness=rng.uniform(0.004, 0.02), width=rng.uniform(0.05, 0.4))
         start = str(rng.choice(["U+S+", "U+S-", "U-S+", "U-S-"]))
-        policy = {"elements": int(rng.choice([6, 8, 12])), "extensible": bool(rng.integers(2))}
-        yield Scene(compression=compression, shear=shear, start=start, ribbon=ribbon), policy
+        options = {"elements": int(rng.choice([6, 8, 12])), "extensible": bool(rng.integers(2))}
+        yield Scene(compression=compression, shear=shear, start=start, ribbon=ribbon), options
 
 
 def test_starts_are_those_of_the_full_search():
     met = 0
-    for scene, policy in scenes(60):
-        result = states.families(states.in_shear(scene, **policy), abs(scene.shear)).get("US")
+    for scene, options in scenes(60):
+        result = states.families(states.in_shear(scene, **options), abs(scene.shear)).get("US")
         if result is None or result[1]:
             with pytest.raises(SceneError, match="not a stable equilibrium"):
-                states.named(scene, **policy)
+                states.named(scene, **options)
             continue
-        problem, state = states.named(scene, **policy)
+        problem, state = states.named(scene, **options)
         met += 1
         force = result[0].force * [1.0, np.sign(scene.shear), 1.0]
         # the mirror image in z turns the force round with it
         assert np.abs(state.force[:2] - force[:2]).max() < 1e-8, scene
         assert abs(abs(state.force[2]) - abs(force[2])) < 1e-8, scene
         assert problem.energy(state) == pytest.approx(problem.energy(result[0]), rel=1e-11), scene
-        given = kirchhoff.state(scene, **policy)
+        given = kirchhoff.state(scene, **options)
         assert (given.name, given.index) == (scene.start, 0)
     assert met >= 20
 

@@ -194,9 +194,9 @@ def exact():
     def motion(drive):
         return lambda t, y: [y[1], -STIFFNESS * np.sin(y[0] - drive(t)) - DAMPING * y[1]]
 
-    policy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
-    turn = solve_ivp(motion(lambda t: RATE * t), (0.0, STOP / RATE), [0.0, 0.0], **policy)
-    return solve_ivp(motion(lambda t: STOP), (0.0, HOLD), turn.y[:, -1], **policy).y[:, -1]
+    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    turn = solve_ivp(motion(lambda t: RATE * t), (0.0, STOP / RATE), [0.0, 0.0], **options)
+    return solve_ivp(motion(lambda t: STOP), (0.0, HOLD), turn.y[:, -1], **options).y[:, -1]
 
 
 @pytest.mark.parametrize(("method", "order"), [("esdirk4", 4), ("esdirk3", 3), ("tr-bdf2", 2)])

@@ -168,7 +168,7 @@ def test_sizes_that_overflow_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("model", "policy", "word"),
+    ("model", "options", "word"),
     [
         (der, {"step": 1e-30}, "1e+29 steps"),
         (elastica, {"step": 1e-30}, "1e+29 steps"),
@@ -179,10 +179,10 @@ def test_sizes_that_overflow_are_refused():
         (der, {"step": 2e-10, "nodes": 2001, "every": 1}, "bytes"),
     ],
 )
-def test_what_cannot_be_afforded_is_refused_with_the_number(model, policy, word):
+def test_what_cannot_be_afforded_is_refused_with_the_number(model, options, word):
     with pytest.raises(OptionError) as caught:
-        model.simulate(PLANAR, **policy)
-    one_sentence(caught.value, next(iter(policy)), word)
+        model.simulate(PLANAR, **options)
+    one_sentence(caught.value, next(iter(options)), word)
 
 
 @pytest.mark.parametrize("model", [der, elastica, quasilinear])
@@ -365,5 +365,5 @@ def test_results_carry_every_option_that_there_is(model, function):
     call = getattr(model, function)
     result = call(planar, **mesh, **({"until": "snap"} if function == "escape" else {}))
     names = [name for name in inspect.signature(call).parameters if name not in ("scene", "initial", "steps")]
-    assert list(result.policy) == names
-    assert result.policy.items() >= mesh.items()
+    assert list(result.options) == names
+    assert result.options.items() >= mesh.items()

@@ -69,6 +69,8 @@ def test_equal_by_content(name):
         assert not list(a for a in arrays_in(other) if a.flags.writeable)
     assert {result, again} == {result}
     assert result != 1
+    if hasattr(result, "options"):
+        assert result.policy is result.options
     for item in fields(result):
         value = getattr(result, item.name)
         if isinstance(value, float) or (isinstance(value, np.ndarray) and value.size):
@@ -135,7 +137,7 @@ def size(run):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("model", "policy"),
+    ("model", "options"),
     [
         (der, {"nodes": 21}),
         (der, {"nodes": 21, "configurations": False}),
@@ -144,12 +146,12 @@ def size(run):
     ],
 )
 @pytest.mark.parametrize("turned", ["left", "right"])
-def test_long_motions_peak_little_above_their_size(model, policy, turned):
-    model.simulate(PLANAR, **policy)
+def test_long_motions_peak_little_above_their_size(model, options, turned):
+    model.simulate(PLANAR, **options)
     scene = replace(PLANAR, rate=0.01, drive=turned)
     gc.collect()
     tracemalloc.start()
-    run = model.simulate(scene, method="implicit-euler", step=10.0 / 200_000, **policy)
+    run = model.simulate(scene, method="implicit-euler", step=10.0 / 200_000, **options)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert len(run) == 200_001

@@ -43,19 +43,19 @@ def folds(
     failure: Exception | None = None
     error = math.inf
     for elements in AT_REST[name]:
-        policy = {"elements": elements, "extensible": True}
+        options = {"elements": elements, "extensible": True}
         begin = time.process_time()
         try:
-            result.append(of(scene, **policy))
+            result.append(of(scene, **options))
         except (SceneError, SolverError) as raised:
             # a mesh too coarse for the start, or for the curve, says nothing of a finer one
             failure = raised
-            runs.append(Run(name, policy, None, time.process_time() - begin))
+            runs.append(Run(name, options, None, time.process_time() - begin))
             if elements >= _HOPELESS and not result:
                 break
             continue
         angle = result[-1][-1].control if result[-1] else None
-        runs.append(Run(name, policy, angle, time.process_time() - begin))
+        runs.append(Run(name, options, angle, time.process_time() - begin))
         if len(result) > 2:
             # two meshes may agree by chance: what the one before differs by counts too
             error = max(_apart(*result[-2:]), 0.5 * _apart(*result[-3:-1]))

@@ -174,13 +174,13 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     def chosen(
         way: type[Choice],
         model: str,
-        policy: Mapping[str, Any],
+        options: Mapping[str, Any],
         error: float,
         seconds: float,
         reason: str,
         value: float | None = None,
     ) -> Choice:
-        return way(scene, "snap", tolerance, model, policy, error, seconds, reason, value, motion)
+        return way(scene, "snap", tolerance, model, options, error, seconds, reason, value, motion)
 
     def refined(why: str) -> Choice:
         reason = f"planar, {why}: runs of the elastica, each checked by a finer one"
@@ -205,14 +205,14 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
     pair = ladder.seconds(scene, ladder.first_rung(scene, tolerance))
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
-    for policy in laws.planar.policies:
-        error = factor * laws.planar.run_error(policy, up) + _MEASURED_TO
-        if error <= tolerance and laws.planar.seconds(policy) <= pair:
+    for options in laws.planar.policies:
+        error = factor * laws.planar.run_error(options, up) + _MEASURED_TO
+        if error <= tolerance and laws.planar.seconds(options) <= pair:
             reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
-            reason += f"planar and stable out of plane: {policy.elements} elements of the elastica do, "
+            reason += f"planar and stable out of plane: {options.elements} elements of the elastica do, "
             reason += f"to {error:.1e}"
-            rest = {"elements": policy.elements, "extensible": True, "tolerance": policy.tolerance}
-            return chosen(OneBeam, policy.model, rest, error, laws.planar.seconds(policy), reason)
+            rest = {"elements": options.elements, "extensible": True, "tolerance": options.tolerance}
+            return chosen(OneBeam, options.model, rest, error, laws.planar.seconds(options), reason)
     return refined("and finer than a law of cheaper beams")
 
 
@@ -220,10 +220,10 @@ def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion
     """Runs that check each other."""
     rung = ladder.first_rung(scene, tolerance)
     count, local, *_ = ladder.RUNGS[rung]
-    policy = {"elements": count, "tolerance": local, "extensible": True}
+    options = {"elements": count, "tolerance": local, "extensible": True}
     error, seconds = ladder.scatter(scene, ladder.RUNGS[rung + 1][1]), ladder.seconds(scene, rung)
     model = ladder.model_of(scene)
-    return Elements(scene, quantity, tolerance, model, policy, error, seconds, reason, motion=motion)
+    return Elements(scene, quantity, tolerance, model, options, error, seconds, reason, motion=motion)
 
 
 def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
@@ -242,8 +242,8 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
         return _elements(scene, tolerance, quantity, reason, motion)
     rung, bound = law
     count, local = laws.elements.ladder[rung]
-    policy = {"elements": count, "tolerance": local, "extensible": True}
+    options = {"elements": count, "tolerance": local, "extensible": True}
     seconds = laws.elements.seconds[rung]
     reason = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L do, to "
     reason += f"{bound:.1e}, unless the run rattles: then finer ones check it"
-    return Elements(scene, quantity, tolerance, "kirchhoff", policy, bound, seconds, reason, motion=motion)
+    return Elements(scene, quantity, tolerance, "kirchhoff", options, bound, seconds, reason, motion=motion)

@@ -155,12 +155,12 @@ class PlanarLaws:
         runs = self.data["runs"]["policies"]
         return tuple(Policy(run["model"], run["elements"], run["tolerance"]) for run in runs)
 
-    def seconds(self, policy: Policy) -> float:
+    def seconds(self, options: Policy) -> float:
         """Median CPU seconds of a run of a policy, on the machine that measured."""
         runs = self.data["runs"]["policies"]
-        return float(next(run["seconds"] for run in runs if run["key"] == policy.key))
+        return float(next(run["seconds"] for run in runs if run["key"] == options.key))
 
-    def run_error(self, policy: Policy, scene: Scene) -> float:
+    def run_error(self, options: Policy, scene: Scene) -> float:
         """Error of a run with a policy: three times the largest at the corners of the cell of the scene."""
         compression, rate, damping, _ = beam_units(scene)
         axes = self.data["runs"]["axes"]
@@ -170,7 +170,7 @@ class PlanarLaws:
             k = int(np.clip(np.searchsorted(axis, value) - 1, 0, len(axis) - 2))
             corners.append(slice(k, k + 2))
         runs = self.data["runs"]["policies"]
-        error = np.array(next(run["error"] for run in runs if run["key"] == policy.key))
+        error = np.array(next(run["error"] for run in runs if run["key"] == options.key))
         return 3.0 * float(error[tuple(corners)].max())
 
 

@@ -171,10 +171,10 @@ def elements(
     history: History | None = None
     error, rattling, sensitive = math.inf, False, False
     for count, local in ladder:
-        policy: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
-        policy |= {"configurations": configurations, "until": "snap"}
+        options: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
+        options |= {"configurations": configurations, "until": "snap"}
         try:
-            run, history = timed(model, MODELS[model].simulate, whole, quantity, policy)
+            run, history = timed(model, MODELS[model].simulate, whole, quantity, options)
         except (SceneError, SolverError):
             if count >= _SURE:
                 raise

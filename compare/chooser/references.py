@@ -58,7 +58,7 @@ def reference(scene: Scene) -> tuple[float | None, float]:
     the distance to a coarser run, and to a witness, as far as that one's own error does not explain it:
     the elastica for planar scenes, rods on three meshes, extrapolated, for ribbons.
     """
-    coarse, fine = (_run(scene, *policy) for policy in _ELEMENTS)
+    coarse, fine = (_run(scene, *options) for options in _ELEMENTS)
     witness, doubt = _witness(scene)
     if fine is None or coarse is None or witness is None:
         return fine, (0.0 if fine is None and coarse is None and witness is None else math.inf)

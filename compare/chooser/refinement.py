@@ -47,7 +47,7 @@ class Run(Value):
     """A run on the way to an answer: model and policy, the angle found (rad, None: no snap), CPU seconds."""
 
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     value: float | None
     seconds: float
 
@@ -79,12 +79,12 @@ def _instant(history: History, quantity: str) -> float | None:
 
 
 def timed(
-    name: str, simulate: Callable[..., History], scene: Scene, quantity: str, policy: dict[str, Any]
+    name: str, simulate: Callable[..., History], scene: Scene, quantity: str, options: dict[str, Any]
 ) -> tuple[Run, History]:
     """A run of a model by its `simulate`: what it found, and the motion."""
     begin = time.process_time()
-    history = simulate(scene, **policy)
-    return Run(name, policy, _instant(history, quantity), time.process_time() - begin), history
+    history = simulate(scene, **options)
+    return Run(name, options, _instant(history, quantity), time.process_time() - begin), history
 
 
 def apart(a: float | None, b: float | None) -> float:
@@ -153,7 +153,7 @@ class _Rods:
 
     def add(self, nodes: int) -> None:
         """Run on a mesh; one on which the start does not exist yet is passed over."""
-        policy = {
+        options = {
             "nodes": nodes,
             "tolerance": self.tolerance,
             "configurations": self.configurations,
@@ -161,10 +161,10 @@ class _Rods:
         }
         begin = time.process_time()
         try:
-            run, self.history = timed("der", der.simulate, self.scene, self.quantity, policy)
+            run, self.history = timed("der", der.simulate, self.scene, self.quantity, options)
         except (SceneError, SolverError) as error:
             self.failure = error
-            self.runs.append(Run("der", policy, None, time.process_time() - begin))
+            self.runs.append(Run("der", options, None, time.process_time() - begin))
             return
         self.runs.append(run)
         self.meshes.append(nodes)

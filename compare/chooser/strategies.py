@@ -48,8 +48,8 @@ class Answer(Value):
         return f"Answer({result}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
     def _repr_html_(self) -> str:
-        rows = [(run.model, short_policy(run.policy), run.value, run.seconds) for run in self.runs]
-        return html_table(repr(self), ("model", "policy", "angle (rad)", "CPU s"), rows)
+        rows = [(run.model, short_policy(run.options), run.value, run.seconds) for run in self.runs]
+        return html_table(repr(self), ("model", "options", "angle (rad)", "CPU s"), rows)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -72,7 +72,7 @@ class Choice(Value):
     quantity: str
     tolerance: float
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     estimate: float
     seconds: float
     reason: str
@@ -130,9 +130,9 @@ class OneBeam(Choice):
 
     def settle(self) -> Settled:
         """Run the beam until it snaps."""
-        policy = {**self.policy, "until": "snap"}
+        options = {**self.options, "until": "snap"}
         simulate: Callable[..., History] = ladder.MODELS[self.model].simulate
-        run, history = climb.timed(self.model, simulate, endless(self.scene), self.quantity, policy)
+        run, history = climb.timed(self.model, simulate, endless(self.scene), self.quantity, options)
         return Settled(run.value, self.estimate, False, (run,), history)
 
 

@@ -34,10 +34,10 @@ def planar_scene(compression: float, rate: float, damping: float, thickness: flo
     )
 
 
-def planar_snap(scene: Scene, policy: Policy) -> tuple[float, float]:
+def planar_snap(scene: Scene, options: Policy) -> tuple[float, float]:
     """Angle of the snap of a run, and its CPU seconds."""
     begin = time.process_time()
-    rest: dict[str, Any] = {"elements": policy.elements, "tolerance": policy.tolerance, "until": "snap"}
+    rest: dict[str, Any] = {"elements": options.elements, "tolerance": options.tolerance, "until": "snap"}
     history = elastica.simulate(scene, extensible=True, **rest)
     result = history.crossing()
     return (float("nan") if result is None else result[1]), time.process_time() - begin
@@ -100,9 +100,9 @@ def random_scene(rng: np.random.Generator, *, planar: bool) -> Scene:
 def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, float, bool]:
     """Angle of the snap of a run of elements (nan: none), its CPU seconds, whether it rattles."""
     begin = time.process_time()
-    policy: dict[str, Any] = {"elements": elements, "tolerance": tolerance, "extensible": True}
+    options: dict[str, Any] = {"elements": elements, "tolerance": tolerance, "extensible": True}
     try:
-        history = kirchhoff.simulate(endless(scene), configurations=False, until="snap", **policy)
+        history = kirchhoff.simulate(endless(scene), configurations=False, until="snap", **options)
     except (SceneError, SolverError):
         return float("nan"), time.process_time() - begin, False
     result = history.crossing()

@@ -195,8 +195,8 @@ def _snap_rows() -> list[list[Any]]:
         for n in SNAP_ELEMENTS
     ]
     warm_up("der", "kirchhoff")
-    for label, model, policy in runs:
-        history = model.simulate(SNAP, configurations=False, until="snap", **policy)
+    for label, model, options in runs:
+        history = model.simulate(SNAP, configurations=False, until="snap", **options)
         result = history.crossing()
         angle = float("nan") if result is None else result[1]
         rows.append([label, angle, float(history.stats["seconds"])])

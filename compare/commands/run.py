@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from compare.archive import for_programs
 from compare.chooser.choice import choose
 from compare.chooser.refinement import endless
 from compare.chooser.strategies import Answer, Choice
@@ -117,7 +118,7 @@ def main(
 
 
 def _mesh(history: History, *names: str) -> dict[str, Any]:
-    return {name: history.policy[name] for name in names if name in history.policy}
+    return {name: history.options[name] for name in names if name in history.options}
 
 
 def to_rest(stated: Scene, history: History) -> History:
@@ -142,7 +143,7 @@ def to_rest(stated: Scene, history: History) -> History:
         hold = min(_DECAYS * decay, _PERIODS * 2.0 * math.pi / pulse)
         stop = math.copysign(max([*reached, abs(float(history.angle[-1]))]) + _PAST, stated.rate)
         scene = replace(stated, stop=stop, hold=hold)
-        whole: History = model.simulate(scene, **{**history.policy, "until": "end"})
+        whole: History = model.simulate(scene, **{**history.options, "until": "end"})
     except (SceneError, SolverError):
         return history
     return whole
@@ -173,14 +174,14 @@ def words(result: Asked) -> list[str]:
 def tables(result: Asked) -> Iterator[Table]:
     """The runs that the answer took."""
     rows: list[list[Any]] = [
-        [run.model, ", ".join(f"{name} {value}" for name, value in run.policy.items() if name != "until")]
+        [run.model, ", ".join(f"{name} {value}" for name, value in run.options.items() if name != "until")]
         + [run.value, run.seconds]
         for run in result.answer.runs
     ]
     if rows:
         yield Table(
             "Runs",
-            ["model", "policy", "angle (rad)", "CPU s"],
+            ["model", "options", "angle (rad)", "CPU s"],
             rows,
             ["s", "s", ".7f", ".3f"],
             f"{result.answer.seconds:.3f} s in all.",
@@ -236,7 +237,7 @@ def values(result: Asked) -> dict[str, Any]:
         "met": answer.met,
         "sensitive": answer.sensitive,
         "seconds": answer.seconds,
-        "runs": [vars(run) for run in answer.runs],
+        "runs": [for_programs(run) for run in answer.runs],
     }
     if answer.history is not None and choice.motion:
         columns = ("time", "angle", "height", "slope")

@@ -87,7 +87,7 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
         return [result[0].outcome for result in sweep("boundaries", samples_of, tasks, cost=cost_of)]
 
     search(lines, run)
-    mesh = mesh_of(base.model, base.policy)[MESH[base.model]]
+    mesh = mesh_of(base.model, base.options)[MESH[base.model]]
     return tuple(
         Boundary(along, fixed, *told, mesh)
         for line, (along, fixed) in zip(lines, what, strict=True)
@@ -104,17 +104,17 @@ def _diagram(
     boundaries: bool,
     seed: int,
     sweep: Sweep | None,
-    policy: Mapping[str, Any],
+    options: Mapping[str, Any],
 ) -> Diagram:
     choice("model", model, ("der", "kirchhoff"))
-    require_runs(model, policy)
+    require_runs(model, options)
     whole_number("samples", samples, 1, MOST_SAMPLES)
     whole_number("seed", seed, 0)
     flag("boundaries", boundaries)
     x, step = _axis("rates", rates)
     y, rise = _axis("dampings", dampings)
     sweep = sweep or Sweep()
-    base = setup(scene, model, policy)
+    base = setup(scene, model, options)
     points = [
         [cell_points((float(r), float(d)), (step, rise), samples, (seed, i, j)) for i, r in enumerate(x)]
         for j, d in enumerate(y)
@@ -153,7 +153,7 @@ def _diagram(
         unpredicted=getattr(curves, "missing", {}),
         scene=scene,
         model=model,
-        policy=dict(policy),
+        options=dict(options),
         seed=seed,
     )
 
@@ -170,7 +170,7 @@ def skipping_diagram(
     boundaries: bool = True,
     seed: int = 0,
     sweep: Sweep | None = None,
-    **policy: Any,
+    **options: Any,
 ) -> Diagram:
     """Which shape a ramp from U+S+ skips, over rate and damping (paper, Fig. 11).
 
@@ -199,7 +199,7 @@ def skipping_diagram(
         If its folds are not found; if workers are lost again and again.
     """
     scene = Scene(compression=compression, shear=shear, start="U+S+", ribbon=ribbon or Ribbon())
-    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, policy)
+    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
 
 
 def selection_diagram(
@@ -215,7 +215,7 @@ def selection_diagram(
     boundaries: bool = True,
     seed: int = 0,
     sweep: Sweep | None = None,
-    **policy: Any,
+    **options: Any,
 ) -> Diagram:
     """In which shape a ramp from U+S+ to `stop` (rad), then held, comes to rest (paper, Fig. 14).
 
@@ -225,7 +225,7 @@ def selection_diagram(
     if stop is None:
         raise SceneError("Scene.stop = None: selection needs the angle (rad) at which the clamp stops")
     scene = replace(scene, stop=stop)
-    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, policy)
+    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
 
 
 def both(diagrams: Mapping[str, Diagram]) -> np.ndarray[Any, np.dtype[np.bool_]]:

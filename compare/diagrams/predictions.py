@@ -163,7 +163,7 @@ def predictions(base: Setup, rates: Array, dampings: Array) -> Curves:
     elif not hasattr(model, "normal_forms"):
         why = "the model has no normal forms"
     else:
-        mesh = mesh_of(base.model, base.policy)
+        mesh = mesh_of(base.model, base.options)
         try:
             form = model.normal_forms(base.scene, **mesh)[0]
             late = late_by(form)

@@ -69,7 +69,7 @@ class Diagram(Value):
     predicted: Mapping[str, Array]
     scene: Scene
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     seed: int
     unpredicted: Mapping[str, str] = field(default_factory=dict)
 

@@ -45,7 +45,7 @@ class Setup:
 
     scene: Scene
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     folds: tuple[Fold, Fold]
     stable: tuple[tuple[str, float, float], ...] = ()
 
@@ -79,23 +79,23 @@ class Sample:
 OWN = ("configurations", "until")
 
 
-def require_runs(model: str, policy: Mapping[str, Any]) -> None:
+def require_runs(model: str, options: Mapping[str, Any]) -> None:
     """Refuse keywords that a model's `simulate` does not take, before anything is run."""
     try:
-        require_policy(model, "simulate", policy, OWN)
+        require_policy(model, "simulate", options, OWN)
     except OptionError as error:
         raise OptionError(
             f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"
         ) from None
 
 
-def mesh_of(model: str, policy: Mapping[str, Any]) -> dict[str, Any]:
+def mesh_of(model: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """The mesh that runs of a policy have, for the functions at rest: their own defaults may be finer."""
-    full = {**defaults(MODELS[model], "simulate"), **policy}
+    full = {**defaults(MODELS[model], "simulate"), **options}
     return {name: value for name, value in full.items() if name in MESH}
 
 
-def setup(scene: Scene, model: str, policy: Mapping[str, Any]) -> Setup:
+def setup(scene: Scene, model: str, options: Mapping[str, Any]) -> Setup:
     """The setup of a diagram: its folds, once.
 
     Raises
@@ -103,9 +103,9 @@ def setup(scene: Scene, model: str, policy: Mapping[str, Any]) -> Setup:
     SceneError, SolverError
         If the ribbon has not both states, or no fold of one of them.
     """
-    mesh = mesh_of(model, policy)
+    mesh = mesh_of(model, options)
     stable = () if scene.stop is None else _stable_at(scene, scene.stop, model, mesh)
-    return Setup(scene, model, dict(policy), both_folds(scene, model, mesh), stable)
+    return Setup(scene, model, dict(options), both_folds(scene, model, mesh), stable)
 
 
 def _stable_at(
@@ -155,7 +155,7 @@ def run_of(base: Setup, rate: float, damping: float) -> Sample:
     )
     until = "decided" if selection else "snap"
     try:
-        history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.policy)
+        history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.options)
     except SolverError as error:
         return Sample(rate, damping, "", None, None, str(error).splitlines()[0])
     if selection:

@@ -66,7 +66,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "shear": scene.shear,
         "stop": scene.stop,
         "model": diagram.model,
-        "policy": dict(diagram.policy),
+        "policy": dict(diagram.options),
         "seed": diagram.seed,
         "outcomes": list(diagram.outcomes),
         **{name: _plain(np.asarray(getattr(diagram, name)).tolist()) for name in arrays},
@@ -80,7 +80,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
 
 def label(diagram: Diagram) -> str:
     """Compression, shear, stop, model and mesh."""
-    scene, mesh = diagram.scene, mesh_of(diagram.model, diagram.policy)
+    scene, mesh = diagram.scene, mesh_of(diagram.model, diagram.options)
     stop = "" if scene.stop is None else f", stop {scene.stop:g}"
     size = f"{mesh[MESH[diagram.model]]} {MESH[diagram.model]}"
     return f"({scene.compression:.2f}, {scene.shear:.2f}){stop}, {diagram.model}, {size}"
@@ -344,7 +344,7 @@ def frame(diagram: Diagram) -> Any:
         folds=[float(angle) for angle in diagram.folds],
         model=diagram.model,
         scene=repr(diagram.scene),
-        policy=repr(dict(diagram.policy)),
+        options=repr(dict(diagram.options)),
         seed=diagram.seed,
     )
     return result

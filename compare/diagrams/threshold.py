@@ -75,7 +75,7 @@ class Threshold(Value):
     vary: str
     between: tuple[float, float]
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
 
     def __repr__(self) -> str:
         told = [
@@ -98,7 +98,7 @@ class Trial:
     vary: str
     value: float
     model: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     selection: bool
 
 
@@ -109,7 +109,7 @@ def outcome_of(trial: Trial) -> str:
     if not trial.selection:
         scene = replace(scene, stop=None, hold=0.0)
     try:
-        base = setup(scene, trial.model, trial.policy)
+        base = setup(scene, trial.model, trial.options)
     except (SceneError, SolverError):
         return ""
     return run_of(base, scene.rate, scene.damping).outcome
@@ -150,13 +150,13 @@ class _Search:
 
     def on(self, mesh: int, spans: Sequence[tuple[float, float]]) -> list[list[tuple[Any, ...]]]:
         """Changes from or to the outcome in each span, on a mesh."""
-        policy = {**self.trial.policy, MESH[self.trial.model]: mesh}
+        options = {**self.trial.options, MESH[self.trial.model]: mesh}
         look = _LOOK if len(spans) == 1 else 3
         lines = [Line(span, _SHARE * self.tolerance, {}, look) for span in spans]
 
         def run(work: list[tuple[int, float]]) -> list[str]:
             self.runs += len(work)
-            trials = [replace(self.trial, value=value, policy=policy) for _, value in work]
+            trials = [replace(self.trial, value=value, options=options) for _, value in work]
             warm = self.trial.model
             return self.sweep(f"threshold, {mesh}", outcome_of, trials, prepare=lambda: warm_up(warm))
 
@@ -209,7 +209,7 @@ def threshold(
     *,
     model: str = "der",
     sweep: Sweep | None = None,
-    **policy: Any,
+    **options: Any,
 ) -> Threshold:
     """Where an outcome begins or ends as one parameter of a scene varies, in the limit of the mesh.
 
@@ -238,10 +238,10 @@ def threshold(
     """
     low, high = _checked(scene, outcome, vary, between, tolerance)
     choice("model", model, tuple(_MESHES))
-    require_runs(model, policy)
-    given = policy.pop(MESH[model], None)
+    require_runs(model, options)
+    given = options.pop(MESH[model], None)
     meshes = _MESHES[model] if given is None else (whole_number(MESH[model], given, 4),)
-    trial = Trial(scene, vary, low, model, policy, outcome in SELECTION)
+    trial = Trial(scene, vary, low, model, options, outcome in SELECTION)
     looking = _Search(trial, outcome, tolerance, sweep or Sweep())
     first = looking.on(meshes[0], [(low, high)])[0]
     tracks: list[list[tuple[Any, ...]]] = [[told] for told in first]
@@ -274,7 +274,7 @@ def threshold(
         vary,
         (low, high),
         model,
-        policy if given is None else {**policy, MESH[model]: given},
+        options if given is None else {**options, MESH[model]: given},
     )
 
 

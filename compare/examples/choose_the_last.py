@@ -55,12 +55,12 @@ def main(
     mesh: dict[str, Any] = {"nodes": nodes}
 
     # solver: the hold ends once the energy is below every barrier, for then nothing changes any more
-    policy: dict[str, Any] = {**mesh, "until": "decided"}
+    options: dict[str, Any] = {**mesh, "until": "decided"}
 
     # run
     first, second = der.folds(replace(scene, stop=None), **mesh)
     barrier = der.saddle(scene, stop, **mesh).energy
-    motions = tuple(der.simulate(replace(scene, damping=damping), **policy) for damping in dampings)
+    motions = tuple(der.simulate(replace(scene, damping=damping), **options) for damping in dampings)
 
     return Found(
         folds=(first.angle, second.angle),

@@ -53,13 +53,13 @@ def main(
     (form,) = elastica.normal_forms(scene, **mesh)
 
     # solver: adaptive steps, ended soon after the snap; the ramp goes on for long enough to snap
-    policy: dict[str, Any] = {**mesh, "tolerance": tolerance, "until": "snap"}
+    options: dict[str, Any] = {**mesh, "tolerance": tolerance, "until": "snap"}
     leading = [predict(form, rate, damping) for rate in rates]
     stops = [form.angle + 2.0 * delay.angle for delay in leading]
 
     # run
     ramps = [replace(scene, rate=rate, stop=stop) for rate, stop in zip(rates, stops, strict=True)]
-    snaps = [elastica.simulate(ramp, **policy).crossing("height") for ramp in ramps]
+    snaps = [elastica.simulate(ramp, **options).crossing("height") for ramp in ramps]
     better = [predict_snap(elastica, ramp, **mesh) for ramp in ramps]
 
     return Found(

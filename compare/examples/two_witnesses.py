@@ -50,11 +50,11 @@ def main(
     edges = [1.0 / (count - 2) for count in nodes]
 
     # solver: steps so fine that only the mesh is seen; a run ends after its snap
-    policy: dict[str, Any] = {"tolerance": tolerance, "until": "snap"}
+    options: dict[str, Any] = {"tolerance": tolerance, "until": "snap"}
 
     # run
-    motions = [der.simulate(scene, nodes=count, **policy) for count in nodes]
-    motions.append(kirchhoff.simulate(scene, elements=elements, extensible=True, **policy))
+    motions = [der.simulate(scene, nodes=count, **options) for count in nodes]
+    motions.append(kirchhoff.simulate(scene, elements=elements, extensible=True, **options))
     *rods, other = (snap[1] if snap else float("nan") for snap in (m.crossing("height") for m in motions))
 
     ratio = (edges[-2] / edges[-1]) ** 2

@@ -52,11 +52,11 @@ def main(
     meshes: dict[Any, Any] = {quasilinear: {"elements": elements}, der: {"nodes": nodes}}
 
     # solver: steps so fine that only the mesh is seen
-    policy: dict[str, Any] = {"tolerance": tolerance}
+    options: dict[str, Any] = {"tolerance": tolerance}
 
     # run
     refined = tuple(
-        compare.convergence(model, scene, "snap", over=over, **policy) for model, over in meshes.items()
+        compare.convergence(model, scene, "snap", over=over, **options) for model, over in meshes.items()
     )
     choice = compare.choose(scene, tolerance=1e-3)
     answer = choice.run()

@@ -293,7 +293,7 @@ def simulate(
         configurations={},
         stats={"steps": steps, "seconds": seconds},
         scene=scene,
-        policy={
+        options={
             "elements": elements,
             "step": step,
             "shear": shear,

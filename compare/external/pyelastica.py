@@ -185,5 +185,5 @@ def simulate(scene: Scene, *, nodes: int = 51, step: float = 2.5e-5) -> History:
         configurations={},
         stats={"steps": steps, "seconds": seconds},
         scene=scene,
-        policy={"nodes": nodes, "step": step},
+        options={"nodes": nodes, "step": step},
     )

@@ -79,7 +79,7 @@ class Convergence(Record):
     seconds: Array
     dofs: tuple[int, ...]
     given: bool
-    policy: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def plot(self, axes: Any = None, **options: Any) -> Any:
         """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.convergence`."""
@@ -166,10 +166,10 @@ def _function_of(quantity: Quantity, scene: Scene) -> str:
 def _timed(quantity: Callable[..., Value]) -> Callable[[str, Scene, Mapping[str, Any]], tuple[Value, float]]:
     """A user's function as a measure: its value and the CPU seconds it took."""
 
-    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Value, float]:
+    def measure(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[Value, float]:
         forget(name)
         begin = time.process_time()
-        value = quantity(MODELS[name], scene, **policy)
+        value = quantity(MODELS[name], scene, **options)
         return value, time.process_time() - begin
 
     return measure
@@ -197,7 +197,7 @@ def convergence(
     over: Mapping[str, Sequence[float]],
     *,
     reference: Any = None,
-    **policy: Any,
+    **options: Any,
 ) -> Convergence:
     """Refine one policy value and see how fast a quantity converges.
 
@@ -239,12 +239,12 @@ def convergence(
         reference = number("reference", reference)
     key, values = _over(name, function, over, 3 if reference is None else 2)
     if not callable(quantity):
-        require_policy(name, function, policy)
+        require_policy(name, function, options)
     # compiled before any clock starts
-    result.measure(name, scene, {**policy, key: values[0]})
-    raw, seconds = zip(*(result.measure(name, scene, {**policy, key: v}) for v in values), strict=True)
-    sizes = [size_of(name, key, value, policy, scene) for value in values]
-    expected = order_of(name, key, policy)
+    result.measure(name, scene, {**options, key: values[0]})
+    raw, seconds = zip(*(result.measure(name, scene, {**options, key: v}) for v in values), strict=True)
+    sizes = [size_of(name, key, value, options, scene) for value in values]
+    expected = order_of(name, key, options)
     points, spacing = np.zeros(0), 1.0
     if isinstance(raw[0], Shape):
         points = _common([*raw, reference] if isinstance(reference, Shape) else list(raw))
@@ -281,10 +281,10 @@ def convergence(
         seconds=np.array(seconds),
         dofs=tuple(
             unknowns(
-                name, {**mesh_of(name, policy), **({key: v} if key in MESHES else {})}, function != "folds"
+                name, {**mesh_of(name, options), **({key: v} if key in MESHES else {})}, function != "folds"
             )
             for v in values
         ),
         given=reference is not None,
-        policy=dict(policy),
+        options=dict(options),
     )

@@ -63,38 +63,38 @@ def defaults_of(name: str, function: str) -> Mapping[str, Any]:
     return defaults(MODELS[name], function)
 
 
-def require_policy(name: str, function: str, policy: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+def require_policy(name: str, function: str, options: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
     """Raise a `OptionError` that names the first of `policy` which the function of the model does not take.
 
     `taken`: keywords of the function that the caller says itself.
     """
     allowed = [key for key in defaults_of(name, function) if key not in taken]
-    for key, value in policy.items():
+    for key, value in options.items():
         if key not in allowed:
             raise OptionError(f"{key} = {shown(value)}: {name}.{function} takes {', '.join(allowed)}")
 
 
-def mesh_of(name: str, policy: Mapping[str, Any]) -> dict[str, Any]:
+def mesh_of(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """The part of a policy that is about the discretisation in space."""
     mesh = defaults_of(name, "folds")
-    return {key: value for key, value in policy.items() if key in mesh and key != "steps"}
+    return {key: value for key, value in options.items() if key in mesh and key != "steps"}
 
 
-def unknowns(name: str, policy: Mapping[str, Any], dynamic: bool) -> int:
+def unknowns(name: str, options: Mapping[str, Any], dynamic: bool) -> int:
     """Degrees of freedom of a model at rest or in motion, with the defaults for what is not given.
 
     At rest: free dofs and multipliers.  In motion elements have positions and forces too.
     """
     declared = MODEL_INFO[name]
-    full = {**defaults_of(name, "simulate" if dynamic else "folds"), **policy}
+    full = {**defaults_of(name, "simulate" if dynamic else "folds"), **options}
     count = int(full[declared.mesh])
     return declared.in_motion(count) if dynamic else declared.at_rest(count)
 
 
-def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene: Scene) -> float:
+def size_of(name: str, over: str, value: float, options: Mapping[str, Any], scene: Scene) -> float:
     """The size that goes to zero as `over` is refined: edge length (L), step (s) or tolerance (L)."""
     if over in MESHES:
-        return MODEL_INFO[name].size({**policy, over: value})
+        return MODEL_INFO[name].size({**options, over: value})
     if over == "step" and name != "der" and scene.stop is not None:
         # elements shorten a step so that a whole number of them fits the ramp
         ramp = scene.stop / scene.rate
@@ -102,13 +102,13 @@ def size_of(name: str, over: str, value: float, policy: Mapping[str, Any], scene
     return float(value)
 
 
-def order_of(name: str, over: str, policy: Mapping[str, Any]) -> float | None:
+def order_of(name: str, over: str, options: Mapping[str, Any]) -> float | None:
     """The order that model or method declares; None for a tolerance."""
     declared = MODEL_INFO[name]
     if over in MESHES:
-        return declared.order(policy)
+        return declared.order(options)
     if over == "step":
-        method = str(policy.get("method", defaults_of(name, "simulate")["method"]))
+        method = str(options.get("method", defaults_of(name, "simulate")["method"]))
         return float(declared.methods[method]) if method in declared.methods else None
     return None
 
@@ -189,7 +189,7 @@ class Rest(Value):
     height: float
 
 
-def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
+def at_rest(name: str, scene: Scene, options: Mapping[str, Any]) -> Rest:
     """The start state of a scene in a model.
 
     Raises
@@ -197,21 +197,21 @@ def at_rest(name: str, scene: Scene, policy: Mapping[str, Any]) -> Rest:
     SceneError, OptionError, SolverError
         From the model.
     """
-    require_policy(name, "folds", policy)
+    require_policy(name, "folds", options)
     if name == "kirchhoff":
-        state = kirchhoff.state(scene, **policy)
+        state = kirchhoff.state(scene, **options)
         # the ends of the elements, where all models have the order of their angles
-        ends = slice(None, None, (len(state.s) - 1) // {**defaults_of(name, "folds"), **policy}["elements"])
+        ends = slice(None, None, (len(state.s) - 1) // {**defaults_of(name, "folds"), **options}["elements"])
         return Rest(Shape(state.s[ends], state.positions[ends]), state.energy, state.height)
     # the first row of a motion is the start state itself
     still = replace(scene, rate=1.0, stop=_STILL, hold=0.0)
-    history: History = function_of(name, "simulate")(still, **policy)
+    history: History = function_of(name, "simulate")(still, **options)
     r = history.configurations["positions"][0]
     shape = Shape(history.arclength, r)
     return Rest(shape, float(history.energies["elastic"][0]), float(history.height[0]))
 
 
-def run(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, float]:
+def run(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[History, float]:
     """`simulate`, and the CPU seconds of the time loop alone.
 
     Raises
@@ -220,9 +220,9 @@ def run(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[History, fl
         From the model.
     """
     simulate = function_of(name, "simulate")
-    require_policy(name, "simulate", policy)
+    require_policy(name, "simulate", options)
     begin = time.process_time()
-    history: History = simulate(scene, **policy)
+    history: History = simulate(scene, **options)
     spent = time.process_time() - begin
     # the loop's clock is the wall's: where other programs delay it, the CPU time of the whole call is less
     return history, min(float(history.stats["seconds"]), spent)
@@ -238,11 +238,11 @@ def forget(name: str) -> None:
         kept()
 
 
-def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fold, ...], float]:
-    require_policy(name, "folds", policy)
+def _folds(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[tuple[Fold, ...], float]:
+    require_policy(name, "folds", options)
     forget(name)
     begin = time.process_time()
-    result: tuple[Fold, ...] = function_of(name, "folds")(scene, **policy)
+    result: tuple[Fold, ...] = function_of(name, "folds")(scene, **options)
     seconds = time.process_time() - begin
     if not result:
         raise SolverError("the ramp meets no fold")
@@ -250,26 +250,26 @@ def _folds(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[tuple[Fo
 
 
 def _fold(which: int) -> Measure:
-    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
-        result, seconds = _folds(name, scene, policy)
+    def measure(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[float, float]:
+        result, seconds = _folds(name, scene, options)
         return result[which].control, seconds
 
     return measure
 
 
-def fold_angles(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Array, float]:
+def fold_angles(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[Array, float]:
     """Angles of all the folds that the ramp meets, and CPU seconds."""
-    result, seconds = _folds(name, scene, policy)
+    result, seconds = _folds(name, scene, options)
     return np.array([fold.control for fold in result]), seconds
 
 
 def _crossing(quantity: str, time_of: bool = False) -> Measure:
-    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
+    def measure(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[float, float]:
         allowed = defaults_of(name, "simulate") if hasattr(MODELS[name], "simulate") else {}
         extra: dict[str, Any] = {"until": "snap"} if quantity == "height" else {}
         if "configurations" in allowed:
             extra["configurations"] = False
-        history, seconds = run(name, scene, {**extra, **policy})
+        history, seconds = run(name, scene, {**extra, **options})
         result = history.snap if quantity == "height" else history.crossing(quantity)
         if result is None:
             raise SolverError(
@@ -283,13 +283,13 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
 def _at(rest: str, end: Callable[[History, str], Any]) -> Measure:
     """What a scene without stop has at rest, by its name in `Rest`, and a motion at the end of its ramp."""
 
-    def measure(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[Any, float]:
+    def measure(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[Any, float]:
         if scene.stop is None:
             forget(name)
             begin = time.process_time()
-            value = getattr(at_rest(name, scene, policy), rest)
+            value = getattr(at_rest(name, scene, options), rest)
             return value, time.process_time() - begin
-        history, seconds = run(name, replace(scene, hold=0.0), policy)
+        history, seconds = run(name, replace(scene, hold=0.0), options)
         return end(history, name), seconds
 
     return measure
@@ -299,8 +299,8 @@ def _last_energy(history: History, name: str) -> float:
     return float(history.energies["kinetic"][-1] + history.energies["elastic"][-1])
 
 
-def _balance(name: str, scene: Scene, policy: Mapping[str, Any]) -> tuple[float, float]:
-    history, seconds = run(name, scene, policy)
+def _balance(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[float, float]:
+    history, seconds = run(name, scene, options)
     return balance_of(history), seconds
 
 

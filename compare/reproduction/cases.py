@@ -31,7 +31,7 @@ class CaseRun:
     """One run of a case: its outcome and snap angles (None where a snap did not come)."""
 
     model: str
-    policy: str
+    options: str
     outcome: str
     first: float | None
     second: float | None
@@ -70,16 +70,16 @@ def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
     )
 
 
-def one_run(case: Case, label: str, model: str, policy: dict[str, Any]) -> tuple[CaseRun, History | None]:
+def one_run(case: Case, label: str, model: str, options: dict[str, Any]) -> tuple[CaseRun, History | None]:
     """A run of a case under a policy, and its history; None where it failed."""
     module: Any = MODELS[model]
-    mesh = {name: policy[name] for name in (MESH[model], "extensible") if name in policy}
+    mesh = {name: options[name] for name in (MESH[model], "extensible") if name in options}
     ribbon = Scene(compression=case.scene.compression, shear=case.scene.shear, start="U+S+")
     folds = both_folds(ribbon, model, mesh)
     # of a fixed step, rows enough to find a crossing to a millionth
-    every = max(1, int(2e-3 / policy.get("step", 1.0)))
+    every = max(1, int(2e-3 / options.get("step", 1.0)))
     try:
-        history = module.simulate(case.scene, every=every, configurations=False, **policy)
+        history = module.simulate(case.scene, every=every, configurations=False, **options)
     except SolverError as error:
         return CaseRun(model, label, "failed", None, None, str(error), float("nan")), None
     kind, reason = outcome_of(case, history, folds)
@@ -140,14 +140,14 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
         (f"N = {fine}, tolerance x 10", "der", {"nodes": fine, "tolerance": 10.0 * tolerance}),
         # a method without damping of its own, where the others have some
         ("discrete gradient", "der", {"nodes": coarse, "method": "discrete-gradient", "step": 2e-3}),
-        *((label, "kirchhoff", {"extensible": True, **policy}) for label, policy in ELEMENTS),
+        *((label, "kirchhoff", {"extensible": True, **options}) for label, options in ELEMENTS),
     ]
     refinements = len(policies)
     policies += [
         (f"implicit Euler, {step:g} s", "der", {"nodes": coarse, "method": "implicit-euler", "step": step})
         for step in euler
     ]
-    done = [one_run(case, label, model, policy) for label, model, policy in policies]
+    done = [one_run(case, label, model, options) for label, model, options in policies]
     runs = tuple(run for run, _ in done)
     outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
     ratio = edge_ratio(coarse, fine)

@@ -36,7 +36,7 @@ class System:
     quantity: str
     model: ModuleType
     mesh: dict[str, Any]
-    policy: dict[str, Any]
+    options: dict[str, Any]
 
 
 SYSTEMS = {
@@ -160,7 +160,7 @@ def measure(name: str, form: NormalForm, damping: float, rate: float, result: Le
         stop = form.angle + room * delay.angle
         scene = replace(system.scene, rate=rate, damping=damping, stop=stop)
         try:
-            history = system.model.simulate(scene, **system.mesh, **system.policy)
+            history = system.model.simulate(scene, **system.mesh, **system.options)
         except SolverError as error:
             problem = str(error)
             break

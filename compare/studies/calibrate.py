@@ -130,7 +130,7 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
 
 def _errors(scene: Scene) -> list[tuple[float, float]]:
     truth = _truth(scene)
-    runs = (planar_snap(scene, policy) for policy in POLICIES)
+    runs = (planar_snap(scene, options) for options in POLICIES)
     return [(abs(angle - truth), seconds) for angle, seconds in runs]
 
 
@@ -144,11 +144,11 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
         "axes": _axes(ERROR_AXES),
         "policies": [
             {
-                **{"key": policy.key, **asdict(policy)},
+                **{"key": options.key, **asdict(options)},
                 "seconds": rounded(np.median(grid[..., k, 1]), 2),
                 "error": rounded(grid[..., k, 0], 2),
             }
-            for k, policy in enumerate(POLICIES)
+            for k, options in enumerate(POLICIES)
         ],
     }
 

@@ -102,18 +102,18 @@ class Price(NamedTuple):
 def _runs() -> Iterator[tuple[Key, str, Policy]]:
     """Every run of a scene: (series, mesh, method, tolerance), model, policy."""
     for elements, tolerance in itertools.product(ELEMENTS, ELEMENTS_TOLERANCES):
-        policy = {"elements": elements, "extensible": True, "tolerance": tolerance}
-        yield ("elements", elements, "esdirk4", tolerance), "kirchhoff", policy
+        options = {"elements": elements, "extensible": True, "tolerance": tolerance}
+        yield ("elements", elements, "esdirk4", tolerance), "kirchhoff", options
     for method, nodes, tolerance in itertools.product(METHODS, NODES, RODS_TOLERANCES):
-        policy = {"nodes": nodes, "method": method, "tolerance": tolerance}
-        yield ("rods", nodes, method, tolerance), "der", policy
+        options = {"nodes": nodes, "method": method, "tolerance": tolerance}
+        yield ("rods", nodes, method, tolerance), "der", options
 
 
-def _snap(model: str, scene: Scene, policy: Policy) -> tuple[float, float]:
+def _snap(model: str, scene: Scene, options: Policy) -> tuple[float, float]:
     """The angle of the snap and CPU seconds, the start's among them."""
     forget(model)
     begin = time.process_time()
-    history = function_of(model, "simulate")(scene, configurations=False, until="snap", **policy)
+    history = function_of(model, "simulate")(scene, configurations=False, until="snap", **options)
     seconds = time.process_time() - begin
     result = history.crossing("height")
     if result is None:
@@ -125,10 +125,10 @@ def measured(scene: Scene, rounds: int, sweep: Sweep) -> tuple[dict[Key, tuple[f
     """Angle and least CPU seconds of every run, by turns, and the elements' limit."""
     runs = list(_runs())
     quick = [run for run in runs if run[1] != "der" or run[2]["tolerance"] >= ONCE]
-    for _, model, policy in runs:
+    for _, model, options in runs:
         # compiled, or loaded, before a clock starts
-        if policy["tolerance"] == (ELEMENTS_TOLERANCES if model == "kirchhoff" else RODS_TOLERANCES)[0]:
-            _snap(model, scene, policy)
+        if options["tolerance"] == (ELEMENTS_TOLERANCES if model == "kirchhoff" else RODS_TOLERANCES)[0]:
+            _snap(model, scene, options)
     title = f"({scene.compression:g}, {scene.shear:g})"
 
     def snap(run: tuple[Key, str, Policy]) -> tuple[float, float]:
@@ -259,8 +259,8 @@ def main(
     alone = here(sweep)
 
     def euler(every: int) -> Any:
-        policy: dict[str, Any] = {"method": "implicit-euler", "step": 1e-3, "every": every}
-        return der.simulate(SNAP, nodes=nodes, configurations=False, **policy).stats
+        options: dict[str, Any] = {"method": "implicit-euler", "step": 1e-3, "every": every}
+        return der.simulate(SNAP, nodes=nodes, configurations=False, **options).stats
 
     # (the first runs compile)
     euler(10**6)

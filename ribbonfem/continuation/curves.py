@@ -58,10 +58,10 @@ class Curve:
     energy: Array
     normals: Array | None
 
-    def as_branch(self, scene: Scene, policy: Mapping[str, Any], model: str, arclength: Array) -> Branch:
+    def as_branch(self, scene: Scene, options: Mapping[str, Any], model: str, arclength: Array) -> Branch:
         """The same curve as a `Branch` that carries what it was made from."""
-        mesh = {name: value for name, value in policy.items() if name in MESH}
-        of: dict[str, Any] = {"model": model, "scene": scene, "policy": mesh}
+        mesh = {name: value for name, value in options.items() if name in MESH}
+        of: dict[str, Any] = {"model": model, "scene": scene, "options": mesh}
         return Branch(
             control=self.parameter,
             height=self.height,
@@ -71,7 +71,7 @@ class Curve:
             folds=tuple(replace(fold, **of) for fold in self.folds),
             configurations=self.positions,
             scene=scene,
-            policy=dict(policy),
+            options=dict(options),
             model=model,
             arclength=arclength,
             energy=self.energy,

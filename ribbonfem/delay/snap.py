@@ -59,7 +59,7 @@ class Lead:
 
 
 def lead(
-    model: Model, scene: Scene, fold: int = 0, quantity: str = "snap", **policy: Any
+    model: Model, scene: Scene, fold: int = 0, quantity: str = "snap", **options: Any
 ) -> tuple[NormalForm, Lead]:
     """The normal form of a fold of a ramp, and T0 of the snap beyond it at the scene's damping.
 
@@ -72,14 +72,14 @@ def lead(
     # the rate's size has no part in it
     still = replace(scene, rate=math.copysign(1.0, scene.rate), stop=None, hold=0.0)
     choice("quantity", quantity, QUANTITIES)
-    return _lead(cast(Hashable, model), still, fold, quantity, tuple(sorted(policy.items())))
+    return _lead(cast(Hashable, model), still, fold, quantity, tuple(sorted(options.items())))
 
 
 @lru_cache(maxsize=256)
 def _lead(
-    module: Hashable, scene: Scene, fold: int, quantity: str, policy: tuple[tuple[str, Any], ...]
+    module: Hashable, scene: Scene, fold: int, quantity: str, options: tuple[tuple[str, Any], ...]
 ) -> tuple[NormalForm, Lead]:
-    model, given = cast(Model, module), dict(policy)
+    model, given = cast(Model, module), dict(options)
     mesh = {name: value for name, value in given.items() if name in MESH}
     forms = model.normal_forms(scene, **mesh)
     if not forms:
@@ -124,7 +124,7 @@ def _from(
     fold: int,
     quantity: str,
     y: float,
-    policy: Mapping[str, Any],
+    options: Mapping[str, Any],
 ) -> float:
     """T0 from an escape that starts at y."""
     end = escape_time(y, scene.damping, form.cubic)
@@ -133,7 +133,7 @@ def _from(
         fold=fold,
         amplitude=y / abs(form.quadratic),
         until="snap" if quantity == "snap" else "end",
-        **policy,
+        **options,
     )
     crossing = history.crossing("height" if quantity == "snap" else "slope")
     if crossing is None:
@@ -143,7 +143,7 @@ def _from(
     return end.time - crossing[0]
 
 
-def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **policy: Any) -> Delay:
+def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **options: Any) -> Delay:
     """The delay of a scene's snap behind its fold to the next order, with its error; no ramp is run.
 
     Parameters
@@ -163,7 +163,7 @@ def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **policy: A
     """
     choice("quantity", quantity, QUANTITIES)
     fold = 0 if quantity == "first snap" else -1
-    form, result = lead(model, scene, fold, quantity, **policy)
+    form, result = lead(model, scene, fold, quantity, **options)
     return next_order(form, result, scene.rate, scene.damping)
 
 

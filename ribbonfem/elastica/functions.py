@@ -80,7 +80,7 @@ def folds(
     """
     problem, start = named(scene, elements, extensible)
     result = _folds(problem, start, scene, steps)
-    of = {"model": "elastica", "scene": scene, "policy": options_given()}
+    of = {"model": "elastica", "scene": scene, "options": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in result)
 
 
@@ -94,7 +94,7 @@ def instabilities(
     `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    of: dict[str, Any] = {"model": "elastica", "policy": options_given()}
+    of: dict[str, Any] = {"model": "elastica", "options": options_given()}
     result = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in result]
     across = sideways.lost_at(problem, start, scene)

@@ -13,8 +13,8 @@ MODEL_INFO = ModelInfo(
     methods={name: method_of(name).order for name in ALL_METHODS},
     adaptive=ALL_METHODS,
     # five Gauss points an element: 2 p = 10
-    order=lambda policy: 10.0,
-    size=lambda policy: 1.0 / policy["elements"],
+    order=lambda options: 10.0,
+    size=lambda options: 1.0 / options["elements"],
     at_rest=lambda elements: 5 * elements + 1,
     # positions and forces are unknowns too
     in_motion=lambda elements: 25 * elements - 3,

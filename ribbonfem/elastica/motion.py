@@ -247,8 +247,8 @@ def simulate(
         began=began,
         configurations=configurations,
     )
-    policy = options_given(tolerance=control.tolerance)
-    return moved.as_history(scene, policy, model="elastica", arclength=problem.arclength)
+    options = options_given(tolerance=control.tolerance)
+    return moved.as_history(scene, options, model="elastica", arclength=problem.arclength)
 
 
 @checked

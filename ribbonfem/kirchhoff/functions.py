@@ -104,7 +104,7 @@ def folds(
     [0.160733, 0.44588463]
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    of = {"model": "kirchhoff", "scene": scene, "policy": options_given()}
+    of = {"model": "kirchhoff", "scene": scene, "options": options_given()}
     return tuple(as_fold(problem, event.point, **of) for event in ramp_folds(problem, start, scene, steps))
 
 
@@ -124,7 +124,7 @@ def instabilities(
     (Instability(subcritical pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.199191579 L),)
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    of = {"model": "kirchhoff", "policy": options_given()}
+    of = {"model": "kirchhoff", "options": options_given()}
     result = ramp_events(problem, start, scene, steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in result)
 

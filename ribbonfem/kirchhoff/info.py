@@ -13,8 +13,8 @@ MODEL_INFO = ModelInfo(
     methods={name: method_of(name).order for name in ALL_METHODS},
     adaptive=ALL_METHODS,
     # five Gauss points an element: 2 p = 10
-    order=lambda policy: 10.0,
-    size=lambda policy: 1.0 / policy["elements"],
+    order=lambda options: 10.0,
+    size=lambda options: 1.0 / options["elements"],
     at_rest=lambda elements: 15 * elements,
     # positions, rotations and forces, of the five nodes and points of an element
     in_motion=lambda elements: 45 * elements - 6,

@@ -173,9 +173,9 @@ def simulate(
         # a snap is asked for: what is one is said by the states at rest
         since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
-    policy = options_given(tolerance=control.tolerance)
+    options = options_given(tolerance=control.tolerance)
     law = initial.resume if isinstance(initial, History) else None
-    return integrate(problem, start, scene, control, ramp, policy, configurations, first, law)
+    return integrate(problem, start, scene, control, ramp, options, configurations, first, law)
 
 
 @lru_cache(maxsize=16)
@@ -326,7 +326,7 @@ class Loop:
             if status != FULL or self.rows.full:
                 return int(status)
 
-    def history(self, scene: Scene, policy: dict[str, Any], stats: dict[str, float]) -> History:
+    def history(self, scene: Scene, options: dict[str, Any], stats: dict[str, float]) -> History:
         """The rows so far."""
         second = scene.ribbon.inertial_time
         # velocities of a mean of forces ring from step to step
@@ -356,7 +356,7 @@ class Loop:
                 **stats,
             },
             scene=scene,
-            policy=policy,
+            options=options,
             model="kirchhoff",
             steps=freeze(steps),
             resume={name: value.copy() for name, value in self.motion._asdict().items()} | law,
@@ -369,7 +369,7 @@ def integrate(
     scene: Scene,
     control: Control,
     ramp: Ramp,
-    policy: dict[str, Any],
+    options: dict[str, Any],
     configurations: bool,
     first: Callable[[], arrays.Motion] | None = None,
     law: Mapping[str, Array] | None = None,
@@ -383,7 +383,7 @@ def integrate(
     SolverError
         If the end was not reached; its `history` is what was.
     """
-    rod = discretised(problem, scene, policy.get("gyroscopic", False))
+    rod = discretised(problem, scene, options.get("gyroscopic", False))
     scheme = control.method.as_scheme()
 
     own = {name: getattr(rod, name).copy() for name in initials.LAW} | dict(law or {})
@@ -400,12 +400,12 @@ def integrate(
         Loop(rod, scheme, begin(), False, problem.arclength).go(
             ramp._replace(ends=short, end=1e-6, fixed=1e-6)
         )
-    every = policy.get("every")
+    every = options.get("every")
     run = Loop(rod, scheme, begin(), configurations, problem.arclength, every)
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    history = run.history(scene, policy, stats)
+    history = run.history(scene, options, stats)
     problem_met = run.rows.full or problem_of(status, scene, control)
     if problem_met:
         where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"

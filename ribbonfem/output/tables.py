@@ -46,7 +46,7 @@ def library(name: str, method: str) -> Any:
 
 def _about(result: Any) -> dict[str, Any]:
     """What a table keeps of where it is from: words, as files of other programs take them."""
-    return {"model": result.model, "scene": repr(result.scene), "policy": repr(dict(result.policy))}
+    return {"model": result.model, "scene": repr(result.scene), "policy": repr(dict(result.options))}
 
 
 def _motion(history: History) -> dict[str, Any]:

@@ -74,7 +74,7 @@ def folds(
         For a scene that is not planar or heavy along x, a mesh that cannot be, a continuation that fails.
     """
     problem, start = named(scene, elements, degree)
-    of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "policy": problem.policy}
+    of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "options": problem.options}
     plain = scene.drive in ("left", "right") and not scene.dressed
     if steps is not None or not plain:
         result = ramp_folds(problem, start, _within_reach(scene), steps)
@@ -106,7 +106,7 @@ def instabilities(
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, degree)
-    of: dict[str, Any] = {"model": "quasilinear", "policy": problem.policy}
+    of: dict[str, Any] = {"model": "quasilinear", "options": problem.options}
     result = ramp_events(problem, start, _within_reach(scene), steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in result)
 
@@ -153,7 +153,7 @@ def equilibria(
     span = span or span_of(scene)
     curve = whole_curve(problem, start, span, steps, unstable, scene.begin)
     return curve.as_branch(
-        scene, options_given(**problem.policy, span=span), "quasilinear", problem.arclength
+        scene, options_given(**problem.options, span=span), "quasilinear", problem.arclength
     )
 
 
@@ -235,7 +235,7 @@ def simulate(
     since = began
     if until == "snap" and not scene.usual:
         # a snap is asked for: what is one is said by the states at rest
-        since += snaps_from(scene, "quasilinear", problem.policy) / problem.unit
+        since += snaps_from(scene, "quasilinear", problem.options) / problem.unit
     moved = _integrated(
         problem,
         begin,
@@ -246,9 +246,9 @@ def simulate(
         began=began,
         configurations=configurations,
     )
-    policy = options_given(**problem.policy, tolerance=control.tolerance)
+    options = options_given(**problem.options, tolerance=control.tolerance)
     return moved.as_history(
-        scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
+        scene, options, model="quasilinear", arclength=problem.arclength, length=problem.scale
     )
 
 
@@ -285,7 +285,7 @@ def escape(
     result, duration = scene_departure(problem, start, scene, fold, amplitude)
     begin = motion.at_rest(problem, result.state) | {"v": result.velocity[:-1]}
     moved = _integrated(problem, begin, scene, control, held=Held(result.form.angle, duration))
-    policy = options_given(**problem.policy)
+    options = options_given(**problem.options)
     return moved.as_history(
-        scene, policy, model="quasilinear", arclength=problem.arclength, length=problem.scale
+        scene, options, model="quasilinear", arclength=problem.arclength, length=problem.scale
     )

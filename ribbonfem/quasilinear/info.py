@@ -20,8 +20,8 @@ MODEL_INFO = ModelInfo(
     methods=ORDERS,
     adaptive=ADAPTIVE,
     # cubic Hermite elements, if no other degree is asked for
-    order=lambda policy: 2.0 * ((policy.get("degree") or 3) - 1),
-    size=lambda policy: 1.0 / policy["elements"],
+    order=lambda options: 2.0 * ((options.get("degree") or 3) - 1),
+    size=lambda options: 1.0 / options["elements"],
     at_rest=_unknowns,
     in_motion=_unknowns,
 )

@@ -98,7 +98,7 @@ class Statics:
         return loads
 
     @property
-    def policy(self) -> dict[str, int]:
+    def options(self) -> dict[str, int]:
         """The mesh by its keywords."""
         return {"elements": self.elements, "degree": self.degree}
 

@@ -48,7 +48,7 @@ def resumed(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]
     SceneError
         If its clamps are not where the scene's begin, or its compression is another.
     """
-    kept: Any = require_history(initial, "quasilinear", scene, problem.policy)
+    kept: Any = require_history(initial, "quasilinear", scene, problem.options)
     before = initial.scene  # type: ignore[attr-defined]
     # (heights are counted in the root of dL, which the controls do not change)
     off = np.abs(kept["ends"][0] - problem.ends(scene.begin)).max() * problem.scale

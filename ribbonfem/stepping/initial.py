@@ -37,7 +37,7 @@ def require_history(
         refuse("initial", initial, f"a History of {model}.simulate is needed")
     if initial.scene.ribbon != scene.ribbon:
         refuse("initial", initial, "a motion of the scene's ribbon is needed")
-    own = {name: initial.policy.get(name) for name in mesh}
+    own = {name: initial.options.get(name) for name in mesh}
     if own != dict(mesh):
         has = ", ".join(f"{name}={value!r}" for name, value in own.items())
         refuse("initial", initial, f"its mesh has {has}; the same are needed")

@@ -38,7 +38,7 @@ class Motion:
     def as_history(
         self,
         scene: Scene,
-        policy: Mapping[str, Any],
+        options: Mapping[str, Any],
         *,
         model: str,
         arclength: Array,
@@ -68,7 +68,7 @@ class Motion:
             velocity=velocity,
             stats=self.stats | self.rows.stats,
             scene=scene,
-            policy=policy,
+            options=options,
             model=model,
             steps=freeze(steps),
             resume=self.resume,

@@ -129,8 +129,8 @@ def snapshots_of(work: tuple[int, str]) -> tuple[Snapshot, ...]:
     """A path's shapes at rest and in its snaps, by one model."""
     path, model = work
     scene = replace(PATH, start="U+S-" if path == 1 else "U+S+", **GENTLE)
-    policy: dict[str, Any] = {"nodes": NODES[1]} if model == "der" else {"elements": 8, "extensible": True}
-    history = MODELS[model].simulate(scene, **policy)
+    options: dict[str, Any] = {"nodes": NODES[1]} if model == "der" else {"elements": 8, "extensible": True}
+    history = MODELS[model].simulate(scene, **options)
     snaps = [history.crossing("height")]
     if path == 2:
         snaps.insert(0, history.crossing("slope"))

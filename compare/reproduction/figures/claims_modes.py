@@ -60,11 +60,11 @@ def _named(settled: Settled, kind: str, compression: float, damping: float, corr
         return judged(bool(mine), number, _doubt(mine), correction)
     parts = []
     for verdict in loose:
-        euler = [run for run in verdict.runs if run.policy.startswith("implicit Euler")]
+        euler = [run for run in verdict.runs if run.options.startswith("implicit Euler")]
         fine = {run.outcome for run in verdict.runs if run not in euler}
         said = f"at {verdict.case.scene.rate:g} rad/s refined runs end as {' or '.join(sorted(fine))}"
         if euler:
-            said += f"; {euler[0].policy} ends as {euler[0].outcome}, its own damping taking the energy"
+            said += f"; {euler[0].options} ends as {euler[0].outcome}, its own damping taking the energy"
         parts.append(said)
     return Verdict(OPEN, number, _doubt(mine), "; ".join([*parts, *([correction] if correction else [])]))
 

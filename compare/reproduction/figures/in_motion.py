@@ -36,7 +36,7 @@ POLICY: dict[str, dict[str, Any]] = {
     "der": {"nodes": 101, "tolerance": 1e-5},
 }
 MESH_OF = {
-    name: {key: value for key, value in policy.items() if key in MESH} for name, policy in POLICY.items()
+    name: {key: value for key, value in options.items() if key in MESH} for name, options in POLICY.items()
 }
 # the systems of the scaling figures: elements, rods
 SCALED = {

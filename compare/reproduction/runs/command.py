@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 import der
+from compare.archive import for_programs
 from compare.chooser.refinement import SCATTER
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
@@ -176,7 +177,7 @@ def values(result: NamedCases) -> dict[str, Any]:
                 "second": v.second,
                 "elements_first": v.elements[0],
                 "elements_second": v.elements[1],
-                "runs": [vars(run) for run in v.runs],
+                "runs": [for_programs(run) for run in v.runs],
             }
             for v in result.verdicts
         ]

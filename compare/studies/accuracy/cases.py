@@ -148,13 +148,13 @@ class Entry:
 
     case: Bench
     family: Family
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     default: bool
 
     @property
     def label(self) -> str:
         """The policy in words."""
-        values = ((name, self.policy[name]) for name in _NAMED if name in self.policy)
+        values = ((name, self.options[name]) for name in _NAMED if name in self.options)
         return ",".join(
             f"{name}={value if isinstance(value, str) else f'{value:g}'}" for name, value in values
         )
@@ -172,7 +172,7 @@ class Entry:
     @property
     def dofs(self) -> int:
         """Degrees of freedom."""
-        return unknowns(self.family.model, self.policy, self.case.dynamic)
+        return unknowns(self.family.model, self.options, self.case.dynamic)
 
 
 def _static_grid(family: Family) -> Iterator[dict[str, Any]]:
@@ -216,7 +216,7 @@ def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
     if dynamic:
         still = _planar(0.40, 1.0, 1.0, 1e-9)
         history: History = function_of(family.model, "simulate")(still, **family.fixed)
-        result.update(history.policy)
+        result.update(history.options)
     return {name: result[name] for name in _NAMED if result.get(name) is not None}
 
 
@@ -228,7 +228,7 @@ def entries(group: str, family: Family) -> list[Entry]:
     grid = list(_dynamic_grid(family) if dynamic else _static_grid(family))
     if default not in grid:
         grid.append(default)
-    return [Entry(case, family, policy, policy == default) for policy in grid for case in cases]
+    return [Entry(case, family, options, options == default) for options in grid for case in cases]
 
 
 @dataclass(frozen=True)
@@ -268,18 +268,18 @@ _warm: set[tuple[str, bool, str, str]] = set()
 def _answer(entry: Entry) -> tuple[Any, float]:
     """The motion up to the snap, or the angles of the folds, and CPU seconds; compiled before."""
     model, scene = entry.family.model, entry.case.scene
-    policy = {**entry.family.fixed, **entry.policy}
-    kind = "step" if "step" in policy else "tolerance"
-    key = (model, entry.case.dynamic, str(policy.get("method")), kind)
+    options = {**entry.family.fixed, **entry.options}
+    kind = "step" if "step" in options else "tolerance"
+    key = (model, entry.case.dynamic, str(options.get("method")), kind)
     cold = key not in _warm
     _warm.add(key)
     if not entry.case.dynamic:
         if cold:
-            fold_angles(model, scene, policy)
-        return fold_angles(model, scene, policy)
+            fold_angles(model, scene, options)
+        return fold_angles(model, scene, options)
     if cold:
-        run(model, replace(scene, stop=scene.rate * 1e-2), policy)
-    return run(model, scene, {**policy, "until": "snap"})
+        run(model, replace(scene, stop=scene.rate * 1e-2), options)
+    return run(model, scene, {**options, "until": "snap"})
 
 
 def measure(entry: Entry) -> Reading:
@@ -289,7 +289,7 @@ def measure(entry: Entry) -> Reading:
         result, seconds = _answer(entry)
         if entry.case.dynamic:
             return Reading(observed(result, model, entry.case.look), seconds, int(result.stats["steps"]))
-        rest = at_rest(model, scene, {**entry.family.fixed, **entry.policy})
+        rest = at_rest(model, scene, {**entry.family.fixed, **entry.options})
         return Reading({"fold": result, "shape": rest.shape, "energy": rest.energy}, seconds)
     except SolverError as error:
         return Reading({}, float("nan"), None, str(error).splitlines()[0])
@@ -303,9 +303,9 @@ def seconds_of(entry: Entry) -> float:
     return min(taken)
 
 
-def mesh_value(policy: Mapping[str, Any]) -> int:
+def mesh_value(options: Mapping[str, Any]) -> int:
     """Elements or nodes of a policy."""
-    return int(next(policy[name] for name in MESHES if name in policy))
+    return int(next(options[name] for name in MESHES if name in options))
 
 
 def error_of(value: Any, reference: Any) -> float:

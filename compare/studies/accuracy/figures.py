@@ -62,7 +62,7 @@ def _draw_group(
             continue
         colour = _COLOURS[family]
         for choice in its:
-            method, hollow = choice.policy.get("method"), choice.policy.get("clamp") == "two-node"
+            method, hollow = choice.options.get("method"), choice.options.get("clamp") == "two-node"
             methods.add(method)
             open_marks |= hollow
             at, face = (choice.seconds, choice.settled[quantity]), "none" if hollow else colour
@@ -100,8 +100,8 @@ def draw_fronts(result: Mapping[tuple[str, str], Sequence[Candidate]], primary: 
 def _look(study: Refined) -> tuple[str, str, str]:
     """Colour, marker and filling of a study: of the model, the method, the clamp."""
     method = study.label.split(", ")[-1]
-    family = f"{study.model}-EA" if study.policy.get("extensible") else study.model
-    hollow = study.policy.get("clamp") == "two-node"
+    family = f"{study.model}-EA" if study.options.get("extensible") else study.model
+    hollow = study.options.get("clamp") == "two-node"
     return _COLOURS[family], _MARKERS.get(method, "o"), "none" if hollow else _COLOURS[family]
 
 

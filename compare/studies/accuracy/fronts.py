@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.archive import for_programs
 from compare.studies.study import settled
 
 from .cases import Entry, mesh_value
@@ -45,7 +46,7 @@ class Row:
             "case": entry.case.name,
             "family": entry.family.name,
             "model": entry.family.model,
-            "policy": {**entry.family.fixed, **entry.policy},
+            "policy": {**entry.family.fixed, **entry.options},
             "default": entry.default,
             "dofs": entry.dofs,
             "errors": dict(self.errors),
@@ -68,7 +69,7 @@ class Candidate:
     group: str
     family: str
     label: str
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
     default: bool
     dofs: int
     errors: Mapping[str, float]
@@ -77,17 +78,17 @@ class Candidate:
 
     def record(self) -> dict[str, Any]:
         """The same for programs."""
-        return {**vars(self), "policy": dict(self.policy)}
+        return {**for_programs(self), "policy": dict(self.options)}
 
 
-def _kind(policy: Mapping[str, Any]) -> tuple[Any, ...]:
+def _kind(options: Mapping[str, Any]) -> tuple[Any, ...]:
     """What has to be the same in policies of which one is finer than the other."""
-    return policy.get("method"), policy.get("clamp"), "step" in policy, "tolerance" in policy
+    return options.get("method"), options.get("clamp"), "step" in options, "tolerance" in options
 
 
-def _size(policy: Mapping[str, Any]) -> tuple[float, ...]:
+def _size(options: Mapping[str, Any]) -> tuple[float, ...]:
     """Numbers none of which is larger in a finer policy of the same kind."""
-    return -mesh_value(policy), policy.get("step", 0.0), policy.get("tolerance", 0.0)
+    return -mesh_value(options), options.get("step", 0.0), options.get("tolerance", 0.0)
 
 
 def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Candidate]:
@@ -104,7 +105,7 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Can
             mine[0].entry.case.group,
             mine[0].entry.family.name,
             mine[0].entry.label,
-            mine[0].entry.policy,
+            mine[0].entry.options,
             mine[0].entry.default,
             mine[0].entry.dofs,
             {
@@ -121,8 +122,8 @@ def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Can
         for one, error in settled(
             result,
             error=lambda c, name=name: c.errors[name],  # type: ignore[misc]
-            kind=lambda c: _kind(c.policy),
-            size=lambda c: _size(c.policy),
+            kind=lambda c: _kind(c.options),
+            size=lambda c: _size(c.options),
         ):
             worst.setdefault(one.label, {})[name] = error
     return [replace(one, settled=worst[one.label]) for one in result]

@@ -38,11 +38,11 @@ class Refined:
     scene: Scene
     quantity: str
     over: Mapping[str, tuple[float, ...]]
-    policy: Mapping[str, Any]
+    options: Mapping[str, Any]
 
     def found(self) -> Convergence:
         """Do it."""
-        return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.policy)
+        return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.options)
 
 
 def _at_rest() -> list[Refined]:
@@ -59,9 +59,9 @@ def _at_rest() -> list[Refined]:
         *beams[-2:],
     ]
     return [
-        Refined(group, label, model, scene, quantity, over, policy)
+        Refined(group, label, model, scene, quantity, over, options)
         for group, scene, what in (("static-planar", _BEAM, beams), ("static-ribbon", _RIBBON, ribbons))
-        for label, model, over, policy in what
+        for label, model, over, options in what
         for quantity in ("fold", "shape", "energy")
     ]
 
@@ -73,11 +73,11 @@ def _in_step(
     scene: Scene,
     method: str,
     steps: tuple[float, ...],
-    policy: Mapping[str, Any],
+    options: Mapping[str, Any],
 ) -> Refined:
     """The order of a method in its step, by the snap."""
     name, over = f"{label}, {method}", {"step": steps}
-    return Refined(group, name, model, scene, "snap", over, {**policy, "method": method})
+    return Refined(group, name, model, scene, "snap", over, {**options, "method": method})
 
 
 def _in_motion() -> list[Refined]:
@@ -86,9 +86,9 @@ def _in_motion() -> list[Refined]:
     two_node = {**_ROD_STEP, "clamp": "two-node"}
     result = [
         Refined(
-            group, label, model, _MOVING_BEAM if group == planar else _MOVING_RIBBON, "snap", over, policy
+            group, label, model, _MOVING_BEAM if group == planar else _MOVING_RIBBON, "snap", over, options
         )
-        for group, label, model, over, policy in (
+        for group, label, model, over, options in (
             (planar, "quasi-linear", "quasilinear", {"elements": (8, 16, 32)}, _BEAM_STEP),
             (planar, "elastica", "elastica", {"elements": (8, 12, 16, 24)}, _BEAM_STEP),
             (planar, "DER centred", "der", nodes, _ROD_STEP),
@@ -103,8 +103,8 @@ def _in_motion() -> list[Refined]:
         (planar, _MOVING_BEAM, (4, 6, 8, 10)),
         (ribbon, _MOVING_RIBBON, (6, 8, 10, 12)),
     ):
-        over, policy = {"elements": meshes}, _ROD_STEP | stretching
-        result.append(Refined(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, policy))
+        over, options = {"elements": meshes}, _ROD_STEP | stretching
+        result.append(Refined(group, "Kirchhoff, EA", "kirchhoff", scene, "snap", over, options))
         result += [
             _in_step(
                 group,
@@ -157,5 +157,5 @@ def record(study: Refined, result: Convergence) -> dict[str, Any]:
         "order": _number(result.order),
         "expected": result.expected,
         "verified": result.verified,
-        "policy": dict(study.policy),
+        "policy": dict(study.options),
     }

@@ -92,11 +92,11 @@ def small_slopes(scene: Scene) -> Rest:
 
 def _fine(model: str, scene: Scene, extensible: bool) -> tuple[Array, Rest]:
     """Folds and rest state of finite elements on a mesh where little but rounding is left."""
-    policy: dict[str, Any] = {"elements": _FINE[model], "extensible": extensible}
-    folds, rest = fold_angles(model, scene, policy)[0], at_rest(model, scene, policy)
+    options: dict[str, Any] = {"elements": _FINE[model], "extensible": extensible}
+    folds, rest = fold_angles(model, scene, options)[0], at_rest(model, scene, options)
     if model == "kirchhoff":
         # all its nodes: a spline through few of them would be less exact than they are
-        state = kirchhoff.state(scene, **policy)
+        state = kirchhoff.state(scene, **options)
         rest = Rest(Shape(state.s, state.positions), rest.energy, rest.height)
     return folds, rest
 
@@ -173,11 +173,11 @@ def _limits(
 
 def _beam_limit(case: Bench, family: Family) -> tuple[dict[str, Any], dict[str, Limit]]:
     """The limit of fixed Newmark steps on a fine mesh."""
-    policy = {**family.fixed, "elements": _BEAM_ELEMENTS[family.model], "method": "newmark", "until": "snap"}
+    options = {**family.fixed, "elements": _BEAM_ELEMENTS[family.model], "method": "newmark", "until": "snap"}
     # the quasi-linear beam carries the kink of the ramp on as waves of all lengths
     finest = 0.5 * case.step if family.model == "quasilinear" else case.step
     steps = [4.0 * finest, 2.0 * finest, finest]
-    runs = [run(family.model, case.scene, {**policy, "step": step})[0] for step in steps]
+    runs = [run(family.model, case.scene, {**options, "step": step})[0] for step in steps]
     return _limits([observed(history, family.model, case.look) for history in runs], steps)
 
 
@@ -195,8 +195,8 @@ def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, fl
     """A ribbon's motion by elements, on a mesh and with a tolerance where little is left, and what is."""
 
     def result(elements: int, tolerance: float) -> dict[str, Any]:
-        policy = {"elements": elements, "tolerance": tolerance, "extensible": True, "until": "snap"}
-        return dict(observed(run("kirchhoff", case.scene, policy)[0], "kirchhoff", case.look))
+        options = {"elements": elements, "tolerance": tolerance, "extensible": True, "until": "snap"}
+        return dict(observed(run("kirchhoff", case.scene, options)[0], "kirchhoff", case.look))
 
     fine, tight = _ELEMENTS_IN_MOTION
     best = result(fine, tight)
@@ -206,8 +206,8 @@ def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, fl
     return {**best, "balance": 0.0}, doubt
 
 
-def _snap(case: Bench, policy: Mapping[str, Any]) -> float:
-    history, _ = run("der", case.scene, {**policy, "until": "snap", "configurations": False})
+def _snap(case: Bench, options: Mapping[str, Any]) -> float:
+    history, _ = run("der", case.scene, {**options, "until": "snap", "configurations": False})
     result = history.crossing()
     return float("nan") if result is None else result[1]
 
@@ -232,8 +232,8 @@ def _in_motion(case: Bench, family: Family) -> Reference:
         values, limits = _beam_limit(case, beam)
         source = f"Newmark limit, {_BEAM_ELEMENTS[beam.model]} elements"
         doubt = {name: limit.uncertainty for name, limit in limits.items()}
-        policy = {"elements": _BEAM_ELEMENTS[beam.model], "tolerance": 1e-7, "until": "snap"}
-        crossing = run(beam.model, case.scene, {**beam.fixed, **policy})[0].crossing()
+        options = {"elements": _BEAM_ELEMENTS[beam.model], "tolerance": 1e-7, "until": "snap"}
+        crossing = run(beam.model, case.scene, {**beam.fixed, **options})[0].crossing()
         checks["ESDIRK4 at 1e-7"] = abs((crossing or (0.0, np.nan))[1] - values["snap"])
         # by its order, or, after a fast ramp's kink, by the other method
         verified = limits["snap"].verified or checks["ESDIRK4 at 1e-7"] < _CLOSE

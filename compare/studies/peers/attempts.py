@@ -117,19 +117,19 @@ def _angle(history: History) -> float:
     return result[1]
 
 
-def _ours(simulate: Callable[..., History], truth: float, **policy: Any) -> Go:
+def _ours(simulate: Callable[..., History], truth: float, **options: Any) -> Go:
     def go() -> tuple[float, float]:
         begin = time.process_time()
-        error = _angle(simulate(**policy)) - truth
+        error = _angle(simulate(**options)) - truth
         # of the whole call, which sets the problem up too: to our disadvantage
         return error, time.process_time() - begin
 
     return go
 
 
-def _theirs(simulate: Callable[..., History], truth: float, **policy: Any) -> Go:
+def _theirs(simulate: Callable[..., History], truth: float, **options: Any) -> Go:
     def go() -> tuple[float, float]:
-        history = simulate(**policy)
+        history = simulate(**options)
         return _angle(history) - truth, float(history.stats["seconds"])
 
     return go
@@ -137,9 +137,9 @@ def _theirs(simulate: Callable[..., History], truth: float, **policy: Any) -> Go
 
 def planar_truth(extensible: bool = True, elements: int = 24, step: float = 1e-3) -> float:
     """Angle of the planar snap, from two fixed steps of the elastica, extrapolated."""
-    policy: dict[str, Any] = {"elements": elements, "extensible": extensible, "method": "tr-bdf2"}
+    options: dict[str, Any] = {"elements": elements, "extensible": extensible, "method": "tr-bdf2"}
     coarse, fine = (
-        _angle(elastica.simulate(PLANAR, until="snap", step=size, **policy)) for size in (2.0 * step, step)
+        _angle(elastica.simulate(PLANAR, until="snap", step=size, **options)) for size in (2.0 * step, step)
     )
     return two_point(coarse, fine, 4.0)
 
@@ -251,9 +251,9 @@ def branch_runs(program: peer_auto.Auto | None) -> list[Attempt]:
     if program is None:
         return runs
 
-    def theirs(**policy: Any) -> Go:
+    def theirs(**options: Any) -> Go:
         def go() -> tuple[float, float]:
-            result = program.run(folds=FOLDS, **policy)
+            result = program.run(folds=FOLDS, **options)
             return worst(result.folds), result.seconds
 
         return go

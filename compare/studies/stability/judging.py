@@ -118,10 +118,10 @@ def _until(case: Hard) -> str:
     return "snap" if case.snap == "height" else "end"
 
 
-def moved(case: Hard, model: str, **policy: Any) -> History:
+def moved(case: Hard, model: str, **options: Any) -> History:
     """The motion of a case by elements."""
     simulate: Any = ELEMENTS[model].simulate
-    return simulate(case.scene, **_POLICY.get(model, {}), **policy)
+    return simulate(case.scene, **_POLICY.get(model, {}), **options)
 
 
 def reference(case: Hard, model: str) -> History:
@@ -316,11 +316,11 @@ def confirm(asked: Confirmation) -> Confirmation:
     case = next(case for case in CASES if case.name == asked.case)
     try:
         truth = reference(case, asked.model)
-        policy: dict[str, Any] = {"method": asked.method, "step": asked.step, "until": "snap"}
+        options: dict[str, Any] = {"method": asked.method, "step": asked.step, "until": "snap"}
         if asked.model == RODS:
-            other = der.simulate(case.scene, nodes=case.nodes, configurations=False, **policy)
+            other = der.simulate(case.scene, nodes=case.nodes, configurations=False, **options)
         else:
-            other = moved(case, asked.model, **policy)
+            other = moved(case, asked.model, **options)
     except Exception as error:
         return replace(asked, note=told(error))
     off = deviation(case, other, truth)
