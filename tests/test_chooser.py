@@ -6,8 +6,7 @@ import pytest
 
 import compare
 import der
-from compare.chooser import levels as ladder
-from compare.chooser import references
+from compare.chooser import levels, references
 from compare.chooser import refinement as climb
 from compare.chooser.choice import FLAT, choose, stays_planar
 from compare.chooser.cost_laws import Policy, beam_units, shipped
@@ -309,18 +308,18 @@ def test_a_law_of_single_runs_knows_where_the_beam_rings():
 
 
 def test_runs_that_agree_by_chance_claim_what_they_scatter():
-    scatters = [ladder.scatter(PLANAR, local) for local in (1e-5, 3e-6, 1e-6)]
+    scatters = [levels.scatter(PLANAR, local) for local in (1e-5, 3e-6, 1e-6)]
     assert scatters == sorted(scatters, reverse=True)
     # a difference that is 0 is no error of 0, and of a rattle it says nothing where the one before was large
-    assert ladder._claimed([1.0, 1.0], scatters[:2], False) == scatters[1]
-    smooth, rattle = (ladder._claimed([1.0, 1.01, 1.01], scatters, rattling) for rattling in (False, True))
+    assert levels._claimed([1.0, 1.0], scatters[:2], False) == scatters[1]
+    smooth, rattle = (levels._claimed([1.0, 1.01, 1.01], scatters, rattling) for rattling in (False, True))
     assert smooth == pytest.approx(6e-3)
     assert rattle == pytest.approx(2e-2)
     # one that rattles, but differs as little as a smooth one, is smooth
     little = [1.0, 1.0 + scatters[0]]
-    assert ladder._claimed(little, scatters[:2], True) == ladder._claimed(little, scatters[:2], False)
-    assert ladder._claimed([1.0, None], scatters[:2], False) == math.inf
-    assert ladder._claimed([None, None], scatters[:2], False) == 0.0
+    assert levels._claimed(little, scatters[:2], True) == levels._claimed(little, scatters[:2], False)
+    assert levels._claimed([1.0, None], scatters[:2], False) == math.inf
+    assert levels._claimed([None, None], scatters[:2], False) == 0.0
 
 
 def test_a_slow_ribbon_is_predicted():

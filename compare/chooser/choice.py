@@ -27,9 +27,7 @@ from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import told
 
-from . import levels as ladder
-from . import predicted as slow
-from . import refinement as climb
+from . import levels, predicted, refinement
 from .cost_laws import Laws, shipped
 from .refinement import CROSSINGS
 from .strategies import AtRest, Choice, Elements, Known, OneBeam, Slow
@@ -108,8 +106,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
 
 def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
     """A scene for which no law was measured: runs that check each other."""
-    name = ladder.model_of(scene)
-    result = ladder.MODELS[name].instabilities(scene, extensible=True)
+    name = levels.model_of(scene)
+    result = levels.MODELS[name].instabilities(scene, extensible=True)
     lost = next((point for point in result if point.kind != "fold"), None)
     if lost is not None:
         where = told(scene, lost.control)
@@ -138,7 +136,7 @@ def stays_planar(scene: Scene) -> bool:
     largest, bending, twisting = FLAT
     ribbon = scene.ribbon
     stiff = ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting
-    if stiff and scene.compression <= largest and climb.upward(scene).rate > 0.0:
+    if stiff and scene.compression <= largest and refinement.upward(scene).rate > 0.0:
         return True
     return math.isnan(elastica.leaves_plane(scene, extensible=True))
 
@@ -160,7 +158,7 @@ def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
     if not scene.planar:
         reason = "a ribbon in three dimensions: geometrically exact elements, refined until meshes agree"
         return AtRest(scene, "fold", tolerance, "kirchhoff", {"extensible": True}, tolerance, 0.5, reason)
-    up = climb.upward(scene)
+    up = refinement.upward(scene)
     if up.rate > 0.0 and not laws.planar.outside(up) and tolerance >= _TABULATED:
         value = _side(scene) * laws.planar.fold(up).angle
         if scene.stop is None or abs(value) < abs(scene.stop):
@@ -186,7 +184,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         reason = f"planar, {why}: runs of the elastica, each checked by a finer one"
         return _elements(scene, tolerance, "snap", reason, motion)
 
-    up, side = climb.upward(scene), _side(scene)
+    up, side = refinement.upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
         return refined(f"but {outside}, where no law was measured")
@@ -203,7 +201,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if result.angle - result.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    pair = ladder.seconds(scene, ladder.first_rung(scene, tolerance))
+    pair = levels.seconds(scene, levels.first_rung(scene, tolerance))
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
     for options in laws.planar.policies:
         error = factor * laws.planar.run_error(options, up) + _MEASURED_TO
@@ -218,30 +216,30 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
 
 def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion: bool) -> Choice:
     """Runs that check each other."""
-    rung = ladder.first_rung(scene, tolerance)
-    count, local, *_ = ladder.RUNGS[rung]
+    rung = levels.first_rung(scene, tolerance)
+    count, local, *_ = levels.RUNGS[rung]
     options = {"elements": count, "tolerance": local, "extensible": True}
-    error, seconds = ladder.scatter(scene, ladder.RUNGS[rung + 1][1]), ladder.seconds(scene, rung)
-    model = ladder.model_of(scene)
+    error, seconds = levels.scatter(scene, levels.RUNGS[rung + 1][1]), levels.seconds(scene, rung)
+    model = levels.model_of(scene)
     return Elements(scene, quantity, tolerance, model, options, error, seconds, reason, motion=motion)
 
 
 def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
-    steps = climb.expected_steps(scene)
-    if steps > _LONG and not motion and slow.forgets(scene, quantity):
-        uncertain = slow.expected_error(scene)
+    steps = refinement.expected_steps(scene)
+    if steps > _LONG and not motion and predicted.forgets(scene, quantity):
+        uncertain = predicted.expected_error(scene)
         if uncertain <= tolerance:
             reason = (
                 f"a run would ring for some {steps:.0f} steps before it snaps: the fold from finite elements "
                 f"and the delay to its next order, to {uncertain:.1e} or so; else a run"
             )
             return Slow(scene, quantity, tolerance, "folds", {}, uncertain, _SLOW_SECONDS, reason)
-    law = ladder.alone(scene, tolerance, laws.elements)
+    law = levels.alone(scene, tolerance, laws.elements)
     if law is None:
         reason = "sheared: elements of the Kirchhoff rod, each run checked by a finer one"
         return _elements(scene, tolerance, quantity, reason, motion)
     rung, bound = law
-    count, local = laws.elements.ladder[rung]
+    count, local = laws.elements.levels[rung]
     options = {"elements": count, "tolerance": local, "extensible": True}
     seconds = laws.elements.seconds[rung]
     reason = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L do, to "

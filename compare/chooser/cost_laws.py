@@ -222,14 +222,14 @@ class ElementLaws:
 
     Attributes
     ----------
-    ladder: elements and tolerance (L) of each rung.
+    levels: elements and tolerance (L) of each rung.
     bound, typical: error of the snap (rad) that 98 % and half of the smooth scenes stay below, by rung.
     seconds: CPU, median, by rung.
     rate, damping: what was measured, times t*.
     """
 
     def __init__(self, data: dict[str, Any]) -> None:
-        self.ladder: tuple[tuple[int, float], ...] = tuple((int(n), float(t)) for n, t in data["ladder"])
+        self.levels: tuple[tuple[int, float], ...] = tuple((int(n), float(t)) for n, t in data["ladder"])
         self.bound: tuple[float, ...] = tuple(data["bound"])
         self.typical: tuple[float, ...] = tuple(data["typical"])
         self.seconds: tuple[float, ...] = tuple(data["seconds"])

@@ -100,7 +100,7 @@ def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float
     """The rung of the laws on which one run will do, where that is cheaper than two, and its error."""
     if not covered(scene, laws):
         return None
-    bounds = [max(b, scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.ladder, strict=True)]
+    bounds = [max(b, scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.levels, strict=True)]
     rung = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
     if rung is None or laws.seconds[rung] > seconds(scene, first_rung(scene, tolerance)):
         return None
@@ -161,16 +161,16 @@ def elements(
     whole, law, model = endless(scene), alone(scene, tolerance, laws), model_of(scene)
     if law:
         # if it rattles, finer ones check it
-        single = laws.ladder[law[0]]
-        ladder = [single, *((n, t) for n, t, *_ in RUNGS if t < single[1])]
+        single = laws.levels[law[0]]
+        meshes = [single, *((n, t) for n, t, *_ in RUNGS if t < single[1])]
     else:
-        ladder = [(n, t) for n, t, *_ in RUNGS[first_rung(scene, tolerance) :]]
+        meshes = [(n, t) for n, t, *_ in RUNGS[first_rung(scene, tolerance) :]]
     runs: list[Run] = []
     values: list[float | None] = []
     scatters: list[float] = []
     history: History | None = None
     error, rattling, sensitive = math.inf, False, False
-    for count, local in ladder:
+    for count, local in meshes:
         options: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
         options |= {"configurations": configurations, "until": "snap"}
         try:

@@ -33,7 +33,7 @@ def expected_error(scene: Scene) -> float:
     return 1e-6 + rate * next_order(_FOLD, _LEAD, rate, damping).error
 
 
-def predicted(scene: Scene, tolerance: float) -> Settled | None:
+def answer(scene: Scene, tolerance: float) -> Settled | None:
     """The second snap of a slow ribbon without a run; None where statics do not make it certain enough.
 
     It is certain where the energy of the first snap cannot carry the ribbon over.

@@ -249,16 +249,16 @@ def rods(
     """
     whole = endless(scene)
     step, error_in_time = laws.tolerance(scene, tolerance)
-    ladder = list(laws.meshes[laws.beginning(first).start :])
+    meshes = list(laws.meshes[laws.beginning(first).start :])
     climbing = _Rods(whole, quantity, step, configurations)
     begin = len(laws.meshes[laws.beginning(first)])
-    while ladder and not climbing.values:
-        climbing.add(ladder.pop(0))
+    while meshes and not climbing.values:
+        climbing.add(meshes.pop(0))
     done: list[Run] = []
     trust = 1.0
     if quantity == "snap" and climbing.history is not None and rattles(climbing.history, scene):
         begin, trust = 3, _RATTLE
-        ladder = [nodes for nodes in ladder if nodes <= _RATTLED]
+        meshes = [nodes for nodes in meshes if nodes <= _RATTLED]
         for last in (False, True):
             # the same mesh again with smaller errors in time: what the rattle makes of them
             again = _Rods(whole, quantity, _tenth(climbing.tolerance), configurations)
@@ -284,13 +284,13 @@ def rods(
             # the coarsest mesh did not show it
             trust = _RATTLE
             continue
-        if settled or climbing.scattered() or not ladder:
+        if settled or climbing.scattered() or not meshes:
             if climbing.history is None and climbing.failure is not None:
                 raise climbing.failure
             # meshes that close in on a limit leave a tolerance unmet, and nothing undecided
             sensitive = not settled and not climbing.closing()
             return Settled(value, total, sensitive, (*done, *climbing.runs), climbing.history)
-        climbing.add(ladder.pop(0))
+        climbing.add(meshes.pop(0))
 
 
 def upward(scene: Scene) -> Scene:

@@ -11,10 +11,7 @@ from ribbonfem import History, Scene, SolverError
 from ribbonfem.frozen import html_table, short_policy
 from ribbonfem.results import Value
 
-from . import at_rest
-from . import levels as ladder
-from . import predicted as slow
-from . import refinement as climb
+from . import at_rest, levels, predicted, refinement
 from .cost_laws import shipped
 from .refinement import Run, Settled, endless
 
@@ -120,7 +117,7 @@ class AtRest(Choice):
 
     def settle(self) -> Settled:
         """Refine."""
-        of: Callable[..., Any] = ladder.MODELS[self.model].folds
+        of: Callable[..., Any] = levels.MODELS[self.model].folds
         value, error, runs, _ = at_rest.folds(self.model, of, self.scene, self.tolerance)
         return Settled(value, error, False, runs, None)
 
@@ -131,8 +128,8 @@ class OneBeam(Choice):
     def settle(self) -> Settled:
         """Run the beam until it snaps."""
         options = {**self.options, "until": "snap"}
-        simulate: Callable[..., History] = ladder.MODELS[self.model].simulate
-        run, history = climb.timed(self.model, simulate, endless(self.scene), self.quantity, options)
+        simulate: Callable[..., History] = levels.MODELS[self.model].simulate
+        run, history = refinement.timed(self.model, simulate, endless(self.scene), self.quantity, options)
         return Settled(run.value, self.estimate, False, (run,), history)
 
 
@@ -144,17 +141,17 @@ class Elements(Choice):
         laws, motion = shipped(), self.motion
 
         def elements(scene: Scene) -> Settled:
-            return ladder.elements(scene, self.quantity, self.tolerance, laws.elements, configurations=motion)
+            return levels.elements(scene, self.quantity, self.tolerance, laws.elements, configurations=motion)
 
         def rods(scene: Scene) -> Settled:
-            return climb.rods(
+            return refinement.rods(
                 scene, self.quantity, self.tolerance, laws.ribbon, first=1, configurations=motion
             )
 
         try:
-            return climb.stopped(self.scene, elements, self.quantity)
+            return refinement.stopped(self.scene, elements, self.quantity)
         except SolverError:
-            return climb.stopped(self.scene, rods, self.quantity)
+            return refinement.stopped(self.scene, rods, self.quantity)
 
 
 class Slow(Elements):
@@ -162,4 +159,4 @@ class Slow(Elements):
 
     def settle(self) -> Settled:
         """Predict, else refine."""
-        return slow.predicted(self.scene, self.tolerance) or super().settle()
+        return predicted.answer(self.scene, self.tolerance) or super().settle()
