@@ -146,7 +146,9 @@ def test_the_rest_runs_without_peers(monkeypatch, tmp_path):
     section, _ = publish(question.COMMAND, question.main(rounds=1), tmp_path)
     assert section.values["missing"] == ["it is not installed"] * 3
     assert (tmp_path / "peers.png").exists()
-    assert {row["code"] for row in section.values["planar"]} == {"elastica FEM", "elastica FEM, EA", "DER"}
+    ours = {"elastica FEM", "elastica FEM, EA", "Kirchhoff FEM", "DER"}
+    assert {row["code"] for row in section.values["planar"]} == ours
+    assert {row["code"] for row in section.values["ribbon"]} == {"Kirchhoff FEM", "DER"}
     with pytest.raises(SolverError, match="not installed"):
         peer_exudyn.simulate(peers.PLANAR)
     json.dumps(section.values)

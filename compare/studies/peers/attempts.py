@@ -170,6 +170,20 @@ def elastica_runs(
     ]
 
 
+def kirchhoff_runs(scene: Scene, truth: float, choices: Sequence[tuple[int, float | None]]) -> list[Attempt]:
+    """The elements in three dimensions, with EA, on these meshes and tolerances (None: the default)."""
+    given: dict[str, Any] = {"scene": scene, "extensible": True, "until": "snap", "configurations": False}
+    return [
+        Attempt(
+            "Kirchhoff FEM",
+            f"{elements} elements",
+            "default" if tolerance is None else f"tol {tolerance:g}",
+            _ours(kirchhoff.simulate, truth, elements=elements, tolerance=tolerance, **given),
+        )
+        for elements, tolerance in choices
+    ]
+
+
 def rod_runs(scene: Scene, truth: float) -> list[Attempt]:
     """The rods with their default steps."""
     given: dict[str, Any] = {"scene": scene, "configurations": False}

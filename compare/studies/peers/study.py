@@ -17,7 +17,7 @@ from compare.report.registry import Command
 from compare.report.section import Column, Drawing, Table
 from compare.studies.study import here
 from compare.sweep import Sweep
-from ribbonfem import elastica
+from ribbonfem import elastica, kirchhoff
 from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
 from ribbonfem.results import Array
@@ -37,18 +37,21 @@ from .attempts import (
     elastica_runs,
     exudyn_planar_runs,
     exudyn_ribbon_runs,
+    kirchhoff_runs,
     pyelastica_runs,
     rod_runs,
     settled,
 )
 
+# of the elements in three dimensions: mesh and tolerance
+_ELEMENTS = ((8, None), (6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 1e-6))
 DEFAULTS = "The elastica with its defaults"
 
 
 def _draw(runs: Sequence[Timing]) -> Any:
     """|Error| of the snap angle against CPU seconds, a colour a code."""
     fig, axes = figure(1, width=6.2, height=4.2)
-    for marker, code in zip("osD^v", dict.fromkeys(run.code for run in runs), strict=False):
+    for marker, code in zip("osD^vP", dict.fromkeys(run.code for run in runs), strict=False):
         chosen = [run for run in runs if run.code == code and run.done]
         seconds = [run.seconds for run in chosen]
         axes.loglog(seconds, [abs(run.error or 0.0) for run in chosen], marker, ms=5, alpha=0.8, label=code)
@@ -124,13 +127,14 @@ class Peers:
 
 def _planar(truth: float, rounds: int, explicit: bool, sweep: Sweep) -> dict[str, Any]:
     """The planar snap in every code: `Peers`'s planar, shown, chosen and taken."""
-    choices = ((10, None), (8, 1e-4), (8, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
+    choices = ((8, None), (6, 1e-4), (6, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
     own, rods = elastica_runs(truth, True, choices), rod_runs(PLANAR, truth)
-    stiff = elastica_runs(attempts.planar_truth(False), False, ((10, None), (8, 3e-5)))
+    ribbon = kirchhoff_runs(PLANAR, truth, _ELEMENTS)
+    stiff = elastica_runs(attempts.planar_truth(False), False, ((8, None), (6, 3e-5)))
     exudyn = [] if peer_exudyn.missing() else exudyn_planar_runs(truth)
     # the last is past its step limit, and says nothing
     verlet = pyelastica_runs(PLANAR, truth, ((25, 2.5e-5), (51, 2.5e-5), (51, 5e-5))) if explicit else []
-    planar = own + stiff + rods + exudyn + verlet
+    planar = own + stiff + ribbon + rods + exudyn + verlet
     attempted("planar snap", planar, sweep)
     # the first is what the ratios are to
     duel: dict[str, Attempt] = {}
@@ -139,6 +143,7 @@ def _planar(truth: float, rounds: int, explicit: bool, sweep: Sweep) -> dict[str
         (DEFAULTS, own[0]),
         ("The inextensible elastica with its defaults", stiff[0]),
         ("The inextensible elastica", cheapest(stiff)),
+        ("The Kirchhoff elements", cheapest(ribbon)),
         ("DER", cheapest(rods)),
         ("Exudyn, the cheapest run of all", cheapest(exudyn)),
         ("Exudyn, the cheapest run that keeps it when refined", settled(exudyn)),
@@ -191,11 +196,12 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     # compiled before any clock starts
     short = replace(PLANAR, stop=1e-3)
     elastica.simulate(short, extensible=True)
+    kirchhoff.simulate(short, extensible=True)
     der.simulate(short, nodes=21)
     truth, turned = attempts.planar_truth(), attempts.ribbon_truth()
     slow = explicit and not peer_pyelastica.missing()
     planar = _planar(truth, rounds, slow, alone)
-    ribbon = rod_runs(RIBBON, turned)
+    ribbon = rod_runs(RIBBON, turned) + kirchhoff_runs(RIBBON, turned, _ELEMENTS)
     ribbon += [] if peer_exudyn.missing() else exudyn_ribbon_runs(turned)
     ribbon += pyelastica_runs(RIBBON, turned, ((51, 2.5e-5),)) if slow else []
     return Peers(
