@@ -50,7 +50,7 @@ def escape(
     Raises
     ------
     OptionError, SolverError
-        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+        For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
     choice("until", until, ("end", "snap"))
     local = local_error("tolerance", tolerance)

@@ -34,7 +34,7 @@ def folds(
     SceneError
         If the start is not a stable equilibrium.
     OptionError, SolverError
-        For a policy value that cannot be; for a continuation that fails, or a state that is lost at
+        For an option that cannot be; for a continuation that fails, or a state that is lost at
         another point than a fold before any fold: see `instabilities`.
     """
     problem = Statics(Rod(scene, nodes, clamp))

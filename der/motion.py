@@ -118,7 +118,7 @@ def simulate(
         For a scene without `stop` and schedule, or whose start is not a stable equilibrium; for clamps of
         `initial` that do not fit.
     OptionError
-        For a policy value that cannot be, a method that takes no `Ribbon.retardation`, an `initial` of
+        For an option that cannot be, a method that takes no `Ribbon.retardation`, an `initial` of
         something else.
     SolverError
         If no step down to 1e-9 of the inertial time converges, or if the energy grows from

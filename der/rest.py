@@ -1,4 +1,4 @@
-"""The rod at rest by name: its states, their passes, and the static bound on type 1 skipping."""
+"""Equilibria of the rod: stable states, the saddle between U+S- and U-, the energy bound on skipping."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def state(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> RestStat
     SceneError
         If the start is not a stable equilibrium; the message names those that are.
     OptionError, SolverError
-        For a policy value that cannot be, a pre-deformation that fails.
+        For an option that cannot be, a pre-deformation that fails.
     """
     rod = Rod(scene, nodes, clamp)
     return _rest(Statics(rod), states.start_state(rod), scene.begin, 0, scene)

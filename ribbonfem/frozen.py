@@ -159,6 +159,6 @@ def some_rows(count: int, most: int = 12) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, min(count, most))}) if count else []
 
 
-def short_policy(options: Mapping[str, Any]) -> str:
-    """A policy on one line: what was given, and not what is None."""
+def short_options(options: Mapping[str, Any]) -> str:
+    """Options on one line: what was given, and not what is None."""
     return ", ".join(f"{name}={value!r}" for name, value in options.items() if value is not None)

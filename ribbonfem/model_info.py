@@ -22,8 +22,8 @@ class ModelInfo:
     planar: whether it takes planar scenes alone.
     methods: order in the step of each method of `simulate`.
     adaptive: those of them that have adaptive steps.
-    order: of folds and snaps in the mesh, of a policy.
-    size: what goes to zero as the mesh is refined (L), of a policy.
+    order: of folds and snaps in the mesh, of the options.
+    size: what goes to zero as the mesh is refined (L), of the options.
     at_rest, in_motion: unknowns, of the mesh's number.
     """
 
@@ -43,7 +43,7 @@ class ModelInfo:
 
 
 def defaults(model: ModuleType, function: str) -> Frozen[str, Any]:
-    """The policy keywords of a model's function with their defaults: immutable, hashable, visible.
+    """The options of a model's function with their defaults: immutable, hashable, visible.
 
     Raises
     ------

@@ -30,7 +30,7 @@ _WIDEST = 20.0
 
 
 class OptionError(ValueError):
-    """A policy value that cannot be: names it, its value and what is allowed."""
+    """An option that cannot be: names it, its value and what is allowed."""
 
 
 class KeywordError(OptionError, TypeError):
@@ -211,7 +211,7 @@ def half_of_memory() -> float:
 
 
 def require_memory(name: str, value: object, needed: float, what: str) -> None:
-    """Raise a `OptionError` if what a policy value asks for needs more than half of the memory."""
+    """Raise a `OptionError` if what an option asks for needs more than half of the memory."""
     most = half_of_memory()
     if needed > most:
         refuse(

@@ -1,4 +1,4 @@
-"""What every model returns: folds, branches of equilibria, histories of motion.
+"""Results of all models (Fold, Instability, Branch, RestState, History), their snap and loss of stability.
 
 All are frozen and hold one row a point or instant.  Lengths are in L, angles in rad, times in
 s, energies in EI2/L, forces in EI2/L^2.
@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .events import kinks_of, root
-from .frozen import Frozen, Value, called_later, html_table, short_policy, some_rows
+from .frozen import Frozen, Value, called_later, html_table, short_options, some_rows
 from .scene import Scene, SceneError, as_number, shown
 
 __all__ = ["MESH", "Array", "Branch", "Fold", "Frozen", "History", "Instability", "SolverError", "Value"]
 
 Array = NDArray[np.float64]
 
-# policy keywords that say on which mesh, and of what, a result was computed
+# options that say on which mesh, and of what, a result was computed
 MESH = ("nodes", "clamp", "elements", "degree", "extensible")
 # a quantity has left its level once it is this far from it: rounding is not
 DEPARTED = 1e-6
@@ -81,7 +81,7 @@ class Fold(Controlled):
     control: where the scene's control is at the fold: an angle in rad, a length in L, a force in EI2/L^2.
     height: z(1/2)/L there.
     load: compressive end force times L^2/EI2 (sigma^2 of the quasi-linear beam).
-    model, scene, policy: what it is a fold of, by which model and on which mesh; of a bare Fold
+    model, scene, options: what it is a fold of, by which model and on which mesh; of a bare Fold
         "", None and {}.
     """
 
@@ -93,7 +93,7 @@ class Fold(Controlled):
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        of = "; ".join(part for part in (self.model, short_policy(self.options)) if part)
+        of = "; ".join(part for part in (self.model, short_options(self.options)) if part)
         return (
             f"Fold({told(self.scene, self.control, '.9g')}, z(1/2) {self.height:.9g} L, "
             f"load {self.load:.9g} EI2/L^2{f'; {of}' if of else ''})"
@@ -128,7 +128,7 @@ class Instability(Controlled):
     out_of_plane: whether a planar state leaves its plane.
     height: z(1/2)/L there.
     load: compressive end force times L^2/EI2.
-    model, scene, policy: what it is an instability of, by which model and on which mesh.
+    model, scene, options: what it is an instability of, by which model and on which mesh.
     """
 
     control: float
@@ -162,7 +162,7 @@ class Branch(Controlled):
     stable: (rows,) bool; a fold itself is never a row.
     folds: the folds met along the curve, in its order.
     configurations: (rows, nodes, 3) positions in L.
-    scene, policy, model: what it was made from.
+    scene, options, model: what it was made from.
     arclength: (nodes,) s/L of the nodes of the configurations.
     energy: (rows,) elastic, in EI2/L; NaN where the program that made the branch does not say.
     normals: of a ribbon in three dimensions the unit vectors m1 normal to its surface, at the nodes (rows,
@@ -202,7 +202,7 @@ class Branch(Controlled):
             f"Branch({self.model or 'any model'}, {len(self)} points, {span}, "
             f"{int(np.count_nonzero(self.stable))} stable;\n"
             f"  folds at {folds} {unit};\n"
-            f"  {short_policy(self.options)})"
+            f"  {short_options(self.options)})"
         )
 
     def plot(self, axes: Any = None, **options: Any) -> Any:
@@ -256,7 +256,7 @@ class History(Controlled):
         energy.  `kirchhoff` with ``method="discrete-gradient"`` takes none: take it where a ribbon rings.
         "rows_within", where not `every` says which rows are kept, L: a line through them passes those
         left out within it; 0 if none is.
-    scene, policy, model: what it was made from.
+    scene, options, model: what it was made from.
     load: (rows,) compressive force along x times L^2/EI2, averaged along the ribbon (sigma^2 of the
         quasi-linear beam); NaN where the program that made the history does not say.
     arclength: (nodes,) s/L of the nodes of the configurations.
@@ -298,7 +298,7 @@ class History(Controlled):
 
     def __repr__(self) -> str:
         if not len(self):
-            return f"History({self.model or 'any model'}, empty; {short_policy(self.options)})"
+            return f"History({self.model or 'any model'}, empty; {short_options(self.options)})"
         snap, leaves = self.snap, self.unstable_from
         turning = self.scene is None or self.scene.turning
         name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
@@ -316,7 +316,7 @@ class History(Controlled):
                 if abs(share) > TOLD
                 else ""
             )
-            + f"; {short_policy(self.options)})"
+            + f"; {short_options(self.options)})"
         )
 
     def plot(self, axes: Any = None, **options: Any) -> Any:

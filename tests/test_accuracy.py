@@ -9,7 +9,7 @@ from compare.__main__ import main as command
 from compare.quantities import measure as quantities
 from compare.report.registry import publish
 from compare.studies.accuracy import study as accuracy
-from compare.studies.accuracy.cases import CASES, FAMILIES, GROUPS, default_policy, entries
+from compare.studies.accuracy.cases import CASES, FAMILIES, GROUPS, default_options, entries
 from compare.studies.accuracy.fronts import Candidate, distance, front, ranking
 from compare.studies.accuracy.references import buckled, reference, small_slopes
 from compare.sweep import Sweep
@@ -115,7 +115,7 @@ def test_rows_have_names_of_their_own():
 def test_defaults_are_those_of_the_models():
     parameters = inspect.signature(der.simulate).parameters
     family = next(f for f in FAMILIES if f.name == "der")
-    options = default_policy(family, True)
+    options = default_options(family, True)
     assert options["nodes"] == parameters["nodes"].default
     assert options["method"] == parameters["method"].default
     assert options["tolerance"] > 0.0

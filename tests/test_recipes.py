@@ -80,8 +80,8 @@ MODEL = '''
         planar=True,
         methods={},
         adaptive=(),
-        order=lambda policy: 1.0,
-        size=lambda policy: 1.0 / policy["elements"],
+        order=lambda options: 1.0,
+        size=lambda options: 1.0 / options["elements"],
         at_rest=lambda elements: 0,
         in_motion=lambda elements: 0,
     )

@@ -78,7 +78,7 @@ def test_the_command_lists_writes_and_overwrites_nothing(tmp_path, capsys, monke
     assert "run it: ribbonfem run path-2.toml" in capsys.readouterr().out
     (tmp_path / "path-2.toml").write_text("mine", encoding="utf-8")
     assert main(["scenes", "path-1", "path-2"]) == 1
-    assert "path-2.toml: is there already" in capsys.readouterr().err
+    assert "path-2.toml: the file exists" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["path-2.toml"]
     assert (tmp_path / "path-2.toml").read_text(encoding="utf-8") == "mine"
     assert main(["scenes", "--out", "all", "--json"]) == 0

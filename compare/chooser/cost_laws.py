@@ -151,17 +151,17 @@ class PlanarLaws:
 
     @property
     def policies(self) -> tuple[Policy, ...]:
-        """The policies whose errors were measured, the cheapest first."""
+        """The configurations whose errors were measured, the cheapest first."""
         runs = self.data["runs"]["policies"]
         return tuple(Policy(run["model"], run["elements"], run["tolerance"]) for run in runs)
 
     def seconds(self, options: Policy) -> float:
-        """Median CPU seconds of a run of a policy, on the machine that measured."""
+        """Median CPU seconds of a run of a configuration, on the machine that measured."""
         runs = self.data["runs"]["policies"]
         return float(next(run["seconds"] for run in runs if run["key"] == options.key))
 
     def run_error(self, options: Policy, scene: Scene) -> float:
-        """Error of a run with a policy: three times the largest at the corners of the cell of the scene."""
+        """Error of a run with a configuration: three times the largest at the corners of the scene's cell."""
         compression, rate, damping, _ = beam_units(scene)
         axes = self.data["runs"]["axes"]
         corners = []

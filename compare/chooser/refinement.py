@@ -44,7 +44,7 @@ _RATTLED = 151
 
 @dataclass(frozen=True, eq=False)
 class Run(Value):
-    """A run on the way to an answer: model and policy, the angle found (rad, None: no snap), CPU seconds."""
+    """A run on the way to an answer: model and options, the angle found (rad, None: no snap), CPU seconds."""
 
     model: str
     options: Mapping[str, Any]

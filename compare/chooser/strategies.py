@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem import History, Scene, SolverError
-from ribbonfem.frozen import html_table, short_policy
+from ribbonfem.frozen import html_table, short_options
 from ribbonfem.results import Value
 
 from . import at_rest, levels, predicted, refinement
@@ -45,7 +45,7 @@ class Answer(Value):
         return f"Answer({result}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
     def _repr_html_(self) -> str:
-        rows = [(run.model, short_policy(run.options), run.value, run.seconds) for run in self.runs]
+        rows = [(run.model, short_options(run.options), run.value, run.seconds) for run in self.runs]
         return html_table(repr(self), ("model", "options", "angle (rad)", "CPU s"), rows)
 
 
@@ -58,7 +58,7 @@ class Choice(Value):
     scene, quantity, tolerance, motion: what was asked.
     model: "prediction" (no run), "elastica", "kirchhoff" or "folds" (a ribbon's fold and
         its predicted delay).
-    policy: of the run, or of the first of several.
+    options: of the run, or of the first of several.
     estimate: expected error, rad.
     seconds: expected CPU seconds, on the machine that measured the laws.
     reason: in words.

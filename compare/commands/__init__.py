@@ -1,1 +1,1 @@
-"""Commands about a scene or the models: one a file."""
+"""The commands run, crosscheck, threshold and scenes; a list of all is in `compare/report/registry.py`."""

@@ -262,9 +262,9 @@ def main(
     exact = quasilinear.closed_form_fold()
     first, *rest = compressions
     for compression in compressions:
-        # one that cannot be is refused before anything is begun
+        # invalid input raises before the first run
         Scene(compression=compression, shear=0.0, start="U+")
-    # the first time there is much to compile: others do it while this process comes to what needs little
+    # the first time there is much to compile: other processes do it while this one runs what compiles quickly
     others = (sweep.processes if sweep else processors()) - 1
     with background(*COMPILED, processes=others, progress=progress) as elsewhere:
         snaps = elsewhere.begin(_snap_rows)

@@ -71,8 +71,8 @@ def _words(choice: Choice, answer: Answer) -> str:
     if answer.sensitive:
         result = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
         return (
-            f"SENSITIVE: refinement does not settle the {what}; the last run gave {result}, and runs differ "
-            f"by some {answer.error:.1e} rad. No single run decides it."
+            f"SENSITIVE: the {what} does not converge under refinement; the last run gave {result}, and runs "
+            f"differ by some {answer.error:.1e} rad. No single run decides it."
         )
     if answer.value is None:
         stop = choice.scene.stop
@@ -99,10 +99,11 @@ def main(
 ) -> Asked:
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
-    --quantity "snap" (z(1/2) = 0), "first snap" (the mid tangent level) or "fold" (a very slow
-    ramp's last). --motion asks for the motion up to the snap too, and of a scene without a stop past it, to
-    rest: a view to turn by hand (run-view.html), a film (run-film.gif) of so many --frames, and as many
-    files for ParaView (run-vtu/motion.pvd). The file holds the fields of a Scene, and a table [ribbon].
+    --quantity is "snap" (z = 0 at midspan), "first snap" (t_z = 0 at midspan) or "fold" (the last fold that
+    a very slow ramp meets). --motion gives the motion too: an interactive view (run-view.html), a film
+    (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). It ends with the
+    snap; without a stop it goes on until it has decayed. The file holds the fields of a Scene, and a table
+    [ribbon].
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)
@@ -167,7 +168,7 @@ def curves_of(history: History) -> Curve | None:
 
 
 def words(result: Asked) -> list[str]:
-    """The answer, and why it was had so."""
+    """The answer, and the reason for the model chosen."""
     return [_words(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
 
 

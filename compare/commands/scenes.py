@@ -1,4 +1,4 @@
-"""Scene files to begin with: those that are shipped, listed and written into a folder."""
+"""Example scene files: listed, and written into a folder."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def text(name: str) -> str:
     if name not in NAMES:
         near = get_close_matches(name.lower(), (*NAMES, *MOVIES), 1)
         meant = f"; perhaps {near[0]!r} is meant" if near else ""
-        raise SceneError(f"{name!r}: no scene of this name is shipped{meant}; there are {', '.join(NAMES)}")
+        raise SceneError(
+            f"{name!r}: no example scene has this name{meant}; there are {', '.join(NAMES)}"
+        )
     return (files("compare") / "examples" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -71,7 +73,7 @@ def write(names: Iterable[str], folder: Path | str) -> list[Path]:
     for path in wanted:
         if path.exists():
             raise FileExistsError(
-                f"{path}: is there already and is not written over, nor is any other written: "
+                f"{path}: the file exists, and nothing was written: "
                 "move it away, or name another folder with --out"
             )
     for path, content in wanted.items():

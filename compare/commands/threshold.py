@@ -27,9 +27,11 @@ def main(
 ) -> Threshold:
     """Find the value of one parameter of the scene in a TOML file at which an outcome begins or ends.
 
-    --outcome "no skip", "type 1", "type 2", "first only", "none", or the name of a shape to be selected at
-    the scene's stop; --between LOW:HIGH, values of --vary between which to look; --tolerance relative, of
-    the limit in the mesh. Where both outcomes come side by side, the answer is the band.
+    --outcome is "no skip", "type 1" (energy carries the ribbon over a shape before its fold), "type 2" (the
+    snap comes so late that the shape is gone), "first only", "none", or the name of the shape reached at the
+    scene's stop. --between LOW:HIGH gives the values of --vary to look between. --tolerance is relative, of
+    the value extrapolated in the mesh. If both outcomes alternate, the result is the interval in which they
+    do.
     """
     return threshold(read_scene(scene), outcome, vary, between, tolerance, model=model, sweep=sweep)
 
@@ -39,7 +41,7 @@ def words(result: Threshold) -> list[str]:
     text = []
     for change in result.changes:
         if change.high > change.low:
-            where = f"between {result.vary} = {change.low:.4g} and {change.high:.4g} both outcomes come"
+            where = f"between {result.vary} = {change.low:.4g} and {change.high:.4g} both outcomes alternate"
         else:
             where = f"at {result.vary} = {change.value:.5g} +- {change.doubt:.1g}"
         text.append(f"{where}: {change.below} below, {change.above} above.")

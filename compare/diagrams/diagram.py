@@ -185,7 +185,7 @@ def skipping_diagram(
     boundaries: whether changes between sure cells are solved for, to 1 % on the mesh of the runs.
     seed: of the scrambled points.
     sweep: runs the tasks; by default on one worker process a processor, and keeps nothing.
-    policy: of the model's `simulate`: nodes or elements, tolerance, method, ...
+    options: of the model's `simulate`: nodes or elements, tolerance, method, ...
 
     Returns
     -------
@@ -194,7 +194,7 @@ def skipping_diagram(
     Raises
     ------
     SceneError, OptionError
-        For a ribbon without both states, a grid or a policy that cannot be.
+        For a ribbon without both states, a grid or options that cannot be.
     SolverError, SweepError
         If its folds are not found; if workers are lost again and again.
     """

@@ -59,7 +59,7 @@ def compute(
 
     Parameters
     ----------
-    calls: each makes one diagram, from a model, its policy, a ribbon and samples.
+    calls: each makes one diagram, from a model, its options, a ribbon and samples.
     model: "der", "kirchhoff" or "both"; nodes: of the rods.
     paper: whether also as published.
     samples, boundaries: as in `skipping_diagram`.

@@ -50,7 +50,7 @@ class Diagram(Value):
     samples: every run, row by row and cell by cell.
     folds: alpha_c1 and alpha_c2, rad.
     predicted: curves that need no simulation, by name: (k, 2) rates and dampings.
-    scene, model, policy, seed: what it was made from.
+    scene, model, options, seed: what it was made from.
     unpredicted: of these curves those that are not there, by name: why.
     """
 

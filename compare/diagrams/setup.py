@@ -16,7 +16,7 @@ import numpy as np
 
 from compare.models import MODELS
 from compare.quantities.branches import both_folds, stable_at
-from compare.quantities.measure import require_policy
+from compare.quantities.measure import require_options
 from ribbonfem import Fold, History, Scene, SolverError
 from ribbonfem.model_info import defaults
 from ribbonfem.options import OptionError
@@ -38,7 +38,7 @@ class Setup:
     Attributes
     ----------
     scene: the ribbon and its start; of selection with the stop.
-    model: by name; `policy` its keywords.
+    model: by name; `options` its keywords.
     folds: alpha_c1 and alpha_c2 on the same mesh.
     stable: name, height and slope of the stable states at the stop; empty of skipping.
     """
@@ -82,7 +82,7 @@ OWN = ("configurations", "until")
 def require_runs(model: str, options: Mapping[str, Any]) -> None:
     """Refuse keywords that a model's `simulate` does not take, before anything is run."""
     try:
-        require_policy(model, "simulate", options, OWN)
+        require_options(model, "simulate", options, OWN)
     except OptionError as error:
         raise OptionError(
             f"{error}; processes, a folder and a progress bar are of sweep = compare.sweep.Sweep(...)"
@@ -90,7 +90,7 @@ def require_runs(model: str, options: Mapping[str, Any]) -> None:
 
 
 def mesh_of(model: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The mesh that runs of a policy have, for the functions at rest: their own defaults may be finer."""
+    """The mesh that these options give, for the functions at rest: their own defaults may be finer."""
     full = {**defaults(MODELS[model], "simulate"), **options}
     return {name: value for name, value in full.items() if name in MESH}
 

@@ -320,7 +320,7 @@ def frame(diagram: Diagram) -> Any:
     -------
     Columns rate (rad/s), damping (1/s), outcome, share (NaN where no run ended), cell (its outcome, "cut" or
     "mixed"), runs, doubt (of the cell's largest share); `attrs` has the units by column, kind, folds (rad),
-    model, scene, policy and seed.
+    model, scene, options and seed.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class Threshold(Value):
     value, doubt, low, high, below, above: of the first change, see `Change`.
     runs: how many it took.
     changes: all of them, in order.
-    scene, outcome, vary, between, model, policy: what was asked.
+    scene, outcome, vary, between, model, options: what was asked.
     """
 
     value: float
@@ -92,7 +92,7 @@ class Threshold(Value):
 
 @dataclass(frozen=True)
 class Trial:
-    """One run on the way: the scene, what varies and its value, the model and its policy."""
+    """One run on the way: the scene, what varies and its value, the model and its options."""
 
     scene: Scene
     vary: str
@@ -223,7 +223,7 @@ def threshold(
     model: "der" or "kirchhoff"; meshes are refined until the limit is known, or `nodes` or `elements` are
         given: then it is that mesh's value.
     sweep: runs the trials; by default on one worker process a processor.
-    policy: other keywords of the model's `simulate`.
+    options: other keywords of the model's `simulate`.
 
     Returns
     -------

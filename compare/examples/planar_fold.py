@@ -54,7 +54,7 @@ def main(
     # problem: no shear, and no ramp, since a fold asks for none
     scene = Scene(compression=compression, shear=0.0, start="U+")
 
-    # discretisation: one policy a mesh
+    # discretisation: one configuration a mesh
     meshes: list[dict[str, Any]] = [{"elements": count} for count in elements]
 
     # solver: the fold is a root, and the closed form has no mesh at all

@@ -1,1 +1,1 @@
-"""Other programs on the same scenes."""
+"""Adapters that run a `Scene` in Exudyn, PyElastica or AUTO-07p, one a file."""

@@ -38,7 +38,7 @@ from .measure import (
     mesh_of,
     name_of,
     order_of,
-    require_policy,
+    require_options,
     size_of,
     unknowns,
 )
@@ -50,8 +50,8 @@ class Convergence(Record):
 
     Attributes
     ----------
-    model, quantity: names; scene, policy: what else the runs were made from.
-    over: the policy name that was refined; at: (runs,) its values; sizes: (runs,) edge lengths in
+    model, quantity: names; scene, options: what else the runs were made from.
+    over: the option that was refined; at: (runs,) its values; sizes: (runs,) edge lengths in
         L, steps in s or tolerances in L.
     values: (runs,) numbers, or positions (points, 3) of shapes.
     limit: the reference that was given, or Richardson's limit.
@@ -137,7 +137,7 @@ class Convergence(Record):
 
 
 def _over(name: str, function: str, over: Mapping[str, Sequence[float]], least: int) -> tuple[str, list[Any]]:
-    """The policy name to refine and its values, the coarsest first."""
+    """The option to refine and its values, the coarsest first."""
     if not isinstance(over, Mapping) or len(over) != 1 or next(iter(over)) not in REFINABLE:
         raise OptionError(
             f"over = {shown(over)}: must be a mapping of one of {', '.join(REFINABLE)} to its values"
@@ -146,7 +146,7 @@ def _over(name: str, function: str, over: Mapping[str, Sequence[float]], least: 
     listed = isinstance(given, (Sequence, Set)) or (isinstance(given, np.ndarray) and given.ndim == 1)
     if isinstance(given, (str, bytes)) or not listed:
         raise OptionError(f"{key} = {shown(given)}: the values to refine over are needed, three or so")
-    require_policy(name, function, {key: tuple(given)})
+    require_options(name, function, {key: tuple(given)})
     values: list[Any] = sorted(
         {whole_number(key, value, 1) if key in MESHES else positive(key, value) for value in given},
         reverse=key not in MESHES,
@@ -157,7 +157,7 @@ def _over(name: str, function: str, over: Mapping[str, Sequence[float]], least: 
 
 
 def _function_of(quantity: Quantity, scene: Scene) -> str:
-    """The function that a quantity is taken from: it decides which policies there are."""
+    """The function that a quantity is taken from: it decides which options there are."""
     if quantity.function == "either":
         return "folds" if scene.stop is None else "simulate"
     return quantity.function
@@ -199,7 +199,7 @@ def convergence(
     reference: Any = None,
     **options: Any,
 ) -> Convergence:
-    """Refine one policy value and see how fast a quantity converges.
+    """Refine one option and see how fast a quantity converges.
 
     Parameters
     ----------
@@ -207,17 +207,17 @@ def convergence(
     scene: see `ribbonfem.Scene`; quantities of a motion need its `stop`.
     quantity: a name in `accuracy_measures.QUANTITIES` ("fold", "first fold", "snap", "first snap",
         "shape", "energy", "height", "balance"), or a function, called as quantity(model, scene,
-        **policy) with the model's module, that returns a number or an array.
+        **options) with the model's module, that returns a number or an array.
     over: one of "elements", "nodes", "step", "tolerance" and its values, in any order.
     reference: a number, an array or a `Shape` to take errors against; None for Richardson's limit,
         which needs three values.  Shapes are compared where their meshes have points in common, or
         else on those of the coarsest, by quintic splines.
-    policy: anything else that the function takes, the same in all runs.
+    options: anything else that the function takes, the same in all runs.
 
     Raises
     ------
     OptionError
-        If the model does not have a quantity, does not take a policy or cannot be refined so; the
+        If the model does not have a quantity, does not take these options or cannot be refined so; the
         message names it and what is allowed.
     SceneError, SolverError
         From the runs.
@@ -239,7 +239,7 @@ def convergence(
         reference = number("reference", reference)
     key, values = _over(name, function, over, 3 if reference is None else 2)
     if not callable(quantity):
-        require_policy(name, function, options)
+        require_options(name, function, options)
     # compiled before any clock starts
     result.measure(name, scene, {**options, key: values[0]})
     raw, seconds = zip(*(result.measure(name, scene, {**options, key: v}) for v in values), strict=True)

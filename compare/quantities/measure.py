@@ -1,4 +1,4 @@
-"""What is measured of a model: fold and snap angles, shapes, energies; its unknowns, mesh sizes and orders.
+"""Quantities of any model (fold, snap, shape, energy), their CPU time; its mesh sizes and declared orders.
 
 Every measure goes through the functions of a model and nothing else of it.
 """
@@ -23,7 +23,7 @@ from ribbonfem.results import Array, Fold, Value, told
 from ribbonfem.scene import shown
 
 MESHES = ("elements", "nodes")
-# what a policy can be refined in
+# what an option can be refined in
 REFINABLE = (*MESHES, "step", "tolerance")
 # a ramp this short (rad) leaves the ribbon where it was
 _STILL = 1e-9
@@ -58,13 +58,13 @@ def function_of(name: str, function: str) -> Callable[..., Any]:
 
 
 def defaults_of(name: str, function: str) -> Mapping[str, Any]:
-    """The policy names of a function, with their defaults, from its signature."""
+    """The names of the options of a function, with their defaults, from its signature."""
     function_of(name, function)
     return defaults(MODELS[name], function)
 
 
-def require_policy(name: str, function: str, options: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
-    """Raise a `OptionError` that names the first of `policy` which the function of the model does not take.
+def require_options(name: str, function: str, options: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+    """Raise a `OptionError` that names the first of `options` which the function of the model does not take.
 
     `taken`: keywords of the function that the caller says itself.
     """
@@ -75,7 +75,7 @@ def require_policy(name: str, function: str, options: Mapping[str, Any], taken: 
 
 
 def mesh_of(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The part of a policy that is about the discretisation in space."""
+    """The part of options that is about the discretisation in space."""
     mesh = defaults_of(name, "folds")
     return {key: value for key, value in options.items() if key in mesh and key != "steps"}
 
@@ -197,7 +197,7 @@ def at_rest(name: str, scene: Scene, options: Mapping[str, Any]) -> Rest:
     SceneError, OptionError, SolverError
         From the model.
     """
-    require_policy(name, "folds", options)
+    require_options(name, "folds", options)
     if name == "kirchhoff":
         state = kirchhoff.state(scene, **options)
         # the ends of the elements, where all models have the order of their angles
@@ -220,7 +220,7 @@ def run(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[History, f
         From the model.
     """
     simulate = function_of(name, "simulate")
-    require_policy(name, "simulate", options)
+    require_options(name, "simulate", options)
     begin = time.process_time()
     history: History = simulate(scene, **options)
     spent = time.process_time() - begin
@@ -228,7 +228,7 @@ def run(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[History, f
     return history, min(float(history.stats["seconds"]), spent)
 
 
-# (model's name, scene, policy) -> value and CPU seconds
+# (model's name, scene, options) -> value and CPU seconds
 Measure = Callable[[str, Scene, Mapping[str, Any]], tuple[Any, float]]
 
 
@@ -239,7 +239,7 @@ def forget(name: str) -> None:
 
 
 def _folds(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[tuple[Fold, ...], float]:
-    require_policy(name, "folds", options)
+    require_options(name, "folds", options)
     forget(name)
     begin = time.process_time()
     result: tuple[Fold, ...] = function_of(name, "folds")(scene, **options)
@@ -306,9 +306,9 @@ def _balance(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[float
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measure by name: `measure(model name, scene, policy)` returns its value and CPU seconds.
+    """A measure by name: `measure(model name, scene, options)` returns its value and CPU seconds.
 
-    `function` is the one whose policy it takes, "folds" or "simulate"; "either": by the scene, which has
+    `function` is the one whose options it takes, "folds" or "simulate"; "either": by the scene, which has
     a `stop` or not.  `exact` is the value of an exact solution, where there is one for all.
     """
 

@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs no other file: sections as they lie in its folder."""
+"""The report as one HTML page: the template `page.html` filled with sections, their pictures embedded."""
 
 from __future__ import annotations
 

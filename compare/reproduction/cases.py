@@ -71,7 +71,7 @@ def outcome_of(case: Case, history: History, folds: Any) -> tuple[str, str]:
 
 
 def one_run(case: Case, label: str, model: str, options: dict[str, Any]) -> tuple[CaseRun, History | None]:
-    """A run of a case under a policy, and its history; None where it failed."""
+    """A run of a case under a configuration, and its history; None where it failed."""
     module: Any = MODELS[model]
     mesh = {name: options[name] for name in (MESH[model], "extensible") if name in options}
     ribbon = Scene(compression=case.scene.compression, shear=case.scene.shear, start="U+S+")

@@ -26,7 +26,7 @@ PATH_2 = Scene(compression=0.40, shear=0.37, start="U+S+")
 
 @dataclass(frozen=True)
 class System:
-    """A model on a scene: which instant is its snap, and with what policy it runs.
+    """A model on a scene: which instant is its snap, and with what configuration it runs.
 
     `quantity` crosses zero well past the fold; levels near it would bias the exponents.
     """

@@ -135,7 +135,7 @@ def _errors(scene: Scene) -> list[tuple[float, float]]:
 
 
 def planar_runs(sweep: Sweep) -> dict[str, Any]:
-    """Errors and CPU seconds of the policies on a grid of scenes."""
+    """Errors and CPU seconds of the configurations on a grid of scenes."""
     axes = ERROR_AXES.values()
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
     result = np.array(Study("planar runs", _errors, scenes).found(sweep))

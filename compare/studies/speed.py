@@ -100,7 +100,7 @@ class Price(NamedTuple):
 
 
 def _runs() -> Iterator[tuple[Key, str, Policy]]:
-    """Every run of a scene: (series, mesh, method, tolerance), model, policy."""
+    """Every run of a scene: (series, mesh, method, tolerance), model, configuration."""
     for elements, tolerance in itertools.product(ELEMENTS, ELEMENTS_TOLERANCES):
         options = {"elements": elements, "extensible": True, "tolerance": tolerance}
         yield ("elements", elements, "esdirk4", tolerance), "kirchhoff", options
@@ -344,7 +344,7 @@ def tables(result: Speed) -> list[Table]:
             ["s", *[".4g"] * 2, ".3g"],
         ),
         Table(
-            "Slow ramps with the default policies, errors against tight ones",
+            "Slow ramps with the default configurations, errors against tight ones",
             ["scene", "best (s)", "median (s)", "in reference kernels", "error of t_z = 0", "error of z = 0"]
             + ["steps", "iterations", "rejected"],
             result.scenes,

@@ -1,4 +1,4 @@
-"""From step to step of a rod in motion: what is handed on, and what a kink changes."""
+"""Accept a time step of the rod; its accelerations anew where the control's rate or the force jumps."""
 
 from __future__ import annotations
 

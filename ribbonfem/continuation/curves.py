@@ -80,7 +80,7 @@ class Curve:
 
 
 def as_fold(problem: Problem[State], point: Point[State], **of: Any) -> Fold:
-    """The angle, height and load of a point; `of` are the model, scene and policy that it is a fold of."""
+    """The angle, height and load of a point; `of` are the model, scene and options that it is a fold of."""
     height, _, load = problem.observe(point.state, point.parameter)
     return Fold(float(point.parameter), float(height), float(load), **of)
 

@@ -1,4 +1,4 @@
-"""The universal curve of the normal form at a fold: when its solution leaves to infinity."""
+"""f(Lambda): when the normal form of a fold, swept slowly, blows up."""
 
 from __future__ import annotations
 

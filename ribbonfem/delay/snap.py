@@ -67,7 +67,7 @@ def lead(
     ----------
     fold: which of the folds, from 0; -1 is the last.
     quantity: "snap", where z(1/2) changes sign, or "first snap", where t_z(1/2) does.
-    policy: of the model's mesh, and `tolerance` of the escape.
+    options: of the model's mesh, and `tolerance` of the escape.
     """
     # the rate's size has no part in it
     still = replace(scene, rate=math.copysign(1.0, scene.rate), stop=None, hold=0.0)
@@ -152,12 +152,12 @@ def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **options: 
     scene: its `rate` and `damping` count, `stop` and `hold` do not.
     quantity: "snap", where z(1/2) changes sign, beyond the last fold that the ramp meets, as if the
         ribbon had come to rest before it; "first snap", where t_z(1/2) does, beyond the first fold.
-    policy: of the model's mesh, and `tolerance` of the escape from the fold.
+    options: of the model's mesh, and `tolerance` of the escape from the fold.
 
     Raises
     ------
     SceneError, OptionError
-        For a scene or a policy that the model does not take; for another quantity.
+        For a scene or options that the model does not take; for another quantity.
     SolverError
         If the ramp meets no fold, or what leaves it does not snap by itself.
     """

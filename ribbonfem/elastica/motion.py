@@ -1,4 +1,4 @@
-"""The elastica as arrays for the compiled time loop."""
+"""`simulate` and `escape` of the elastica: from a scene to arrays of the time loop, `kernels/loop.py`."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def simulate(
     Raises
     ------
     SceneError, OptionError
-        For a scene that is not planar, one without `stop`, a policy that cannot be.
+        For a scene that is not planar, one without `stop`, options that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
     """
@@ -277,7 +277,7 @@ def escape(
     Raises
     ------
     OptionError, SolverError
-        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+        For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem, start = states.named(scene, elements, extensible)

@@ -1,4 +1,4 @@
-"""The one decorator of compiled code.
+"""`@compiled`: how all kernels are compiled; what compiles them is in `entries.py`, the files in `cache.py`.
 
 A function is compiled for where it is called from: from Python, to machine code with all that it calls
 inside, which is kept between processes; from compiled code, to a part of that (`entries`).

@@ -1,4 +1,4 @@
-"""The ribbon that leaves a fold by itself: what predicts delays to the next order."""
+"""`escape`: motion of a ribbon from a perturbed fold, the control held; it corrects predicted delays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def escape(
     Raises
     ------
     OptionError, SolverError
-        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+        For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])
     problem, start = states.named(scene, **checked_mesh(elements, extensible))

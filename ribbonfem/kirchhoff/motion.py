@@ -150,7 +150,7 @@ def simulate(
     SceneError
         For a scene without `stop`, or whose start is not a stable equilibrium.
     OptionError
-        For a policy value that cannot be.
+        For an option that cannot be.
     SolverError
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """

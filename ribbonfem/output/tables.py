@@ -83,7 +83,7 @@ def motion_frame(history: History) -> Any:
     -------
     Columns time (s), angle (rad; of other drives control), height (L), slope, load (EI2/L^2), velocity
     (L/s), energies; `attrs`
-    has the units by column, and model, scene and policy.
+    has the units by column, and model, scene and options.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def branch_frame(branch: Branch) -> Any:
     -------
     Columns angle (rad; of other drives control), height (L), slope, load (EI2/L^2), energy
     (EI2/L), stable; `attrs` has the units
-    by column, the controls of the folds, and model, scene and policy.
+    by column, the controls of the folds, and model, scene and options.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def convergence_frame(result: Any) -> Any:
     -------
     Columns: what was refined, under its own name; size (edge length or tolerance in L, step in s), dofs,
     value where it is a number, error, order (NaN where too few runs come before it), seconds (CPU). `attrs`
-    has the units by column, quantity, limit, whether it is verified, its uncertainty, model, scene, policy.
+    has the units by column, quantity, limit, whether it is verified, its uncertainty, model, scene, options.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def motion_dataset(history: History) -> Any:
     -------
     Variables angle, height, slope, load, velocity and the energies, (time,), and the configurations, of which
     positions are (time, node, axis) in L; coordinates time (s), s (node,) in L, axis. Each has its
-    `units`; the set has model, scene and policy.
+    `units`; the set has model, scene and options.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def branch_dataset(branch: Branch) -> Any:
     -------
     Variables angle, height, slope, load, energy and stable, (row,), positions, (row, node, axis) in L, and
     normals, of a ribbon in three dimensions; coordinates s (node,) in L, axis. Each has its `units`; the
-    set has folds (rad), model, scene, policy.
+    set has folds (rad), model, scene, options.
 
     Raises
     ------

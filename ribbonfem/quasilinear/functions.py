@@ -218,7 +218,7 @@ def simulate(
     Raises
     ------
     SceneError, OptionError
-        For a scene that is not planar, one without `stop`, a policy that cannot be.
+        For a scene that is not planar, one without `stop`, options that cannot be.
     SolverError
         If no step converges; what was reached is its `history`.
     """
@@ -278,7 +278,7 @@ def escape(
     Raises
     ------
     OptionError, SolverError
-        For a fold that is not met, an amplitude or a policy that cannot be; as in `simulate`.
+        For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
     control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
     problem, start = named(scene, elements, degree)

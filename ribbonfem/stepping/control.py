@@ -64,7 +64,7 @@ class Control:
         untils: tuple[str, ...] = UNTIL,
         methods: tuple[str, ...] = METHODS,
     ) -> Control:
-        """Check the policy of a `simulate` that may end in these ways.
+        """Check the options of a `simulate` that may end in these ways.
 
         Raises
         ------

@@ -112,7 +112,7 @@ def integrate(
     Raises
     ------
     OptionError, SceneError
-        For a run of more steps, or more memory, than `policy.require_duration` allows.
+        For a run of more steps, or more memory, than `options.require_duration` allows.
     """
     row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes * configurations)
     if held is None:

@@ -30,7 +30,7 @@ SCENES = {"planar": (BEAM, "height"), "Path 1": (PATH_1, "height"), "Path 2": (P
 # 1/s, and rates (rad/s) that are told apart on one axis
 OVERDAMPED, UNDERDAMPED = 1e3, 1e-3
 RATES = {OVERDAMPED: (1e-4, 1e-3, 1e-2), UNDERDAMPED: (1e-2, 1e-1, 1.0)}
-# policy of the two models in the curves; both with EA
+# configuration of the two models in the curves; both with EA
 POLICY: dict[str, dict[str, Any]] = {
     "kirchhoff": {"elements": 8, "extensible": True, "tolerance": 1e-5},
     "der": {"nodes": 101, "tolerance": 1e-5},

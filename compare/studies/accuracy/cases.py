@@ -1,4 +1,4 @@
-"""The scenes, models and policies of the accuracy report, and one measurement of one of them."""
+"""The scenes, models and configurations of the accuracy report, and one measurement of one of them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GROUPS = ("static-planar", "static-ribbon", "dynamic-planar", "dynamic-ribbon")
 # what the errors are of; the first decides the front
 STATIC = ("fold", "shape", "energy")
 DYNAMIC = ("snap", "shape", "energy", "balance")
-# policies in the order in which a row's name gives them
+# configurations in the order in which a row's name gives them
 _NAMED = ("elements", "nodes", "clamp", "method", "step", "tolerance")
 
 
@@ -144,7 +144,7 @@ _TWO_NODE = ((101, 1e-3), (101, 1e-4), (201, 1e-4), (401, 1e-4))
 
 @dataclass(frozen=True)
 class Entry:
-    """One row of the report before it is measured: a case, a family and a full policy."""
+    """One row of the report before it is measured: a case, a family and a full configuration."""
 
     case: Bench
     family: Family
@@ -153,7 +153,7 @@ class Entry:
 
     @property
     def label(self) -> str:
-        """The policy in words."""
+        """The configuration in words."""
         values = ((name, self.options[name]) for name in _NAMED if name in self.options)
         return ",".join(
             f"{name}={value if isinstance(value, str) else f'{value:g}'}" for name, value in values
@@ -161,7 +161,7 @@ class Entry:
 
     @property
     def key(self) -> str:
-        """What names the row: group/case/family/policy."""
+        """What names the row: group/case/family/configuration."""
         return f"{self.case.group}/{self.case.name}/{self.family.name}/{self.label}"
 
     @property
@@ -206,8 +206,8 @@ def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
             yield {"nodes": nodes, "clamp": "two-node", "method": "tr-bdf2", "tolerance": tolerance}
 
 
-def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
-    """The policy that a model's function takes if it is given none, in full.
+def default_options(family: Family, dynamic: bool) -> dict[str, Any]:
+    """The configuration that a model's function takes if it is given none, in full.
 
     From the signature; where that leaves a value open (None), from what the run says it was made with.
     """
@@ -221,10 +221,10 @@ def default_policy(family: Family, dynamic: bool) -> dict[str, Any]:
 
 
 def entries(group: str, family: Family) -> list[Entry]:
-    """All rows of a family in a group, its default policy among them."""
+    """All rows of a family in a group, its default configuration among them."""
     cases = [case for case in CASES if case.group == group]
     dynamic = cases[0].dynamic
-    default = default_policy(family, dynamic)
+    default = default_options(family, dynamic)
     grid = list(_dynamic_grid(family) if dynamic else _static_grid(family))
     if default not in grid:
         grid.append(default)
@@ -304,7 +304,7 @@ def seconds_of(entry: Entry) -> float:
 
 
 def mesh_value(options: Mapping[str, Any]) -> int:
-    """Elements or nodes of a policy."""
+    """Elements or nodes of a configuration."""
     return int(next(options[name] for name in MESHES if name in options))
 
 

@@ -90,7 +90,7 @@ def _draw_group(
 
 
 def draw_fronts(result: Mapping[tuple[str, str], Sequence[Candidate]], primary: Mapping[str, str]) -> Any:
-    """A panel a group: every policy a mark, the fronts lines, the defaults stars."""
+    """A panel a group: every configuration a mark, the fronts lines, the defaults stars."""
     fig, grid = panels(len(primary), 2, 6.0, 3.9)
     for axes, group in zip(grid, primary, strict=True):
         _draw_group(axes, group, result, primary[group])

@@ -60,10 +60,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A policy over all cases of a group: root mean square of its errors, sum of its CPU seconds.
+    """A configuration over all cases of a group: root mean square of its errors, sum of its CPU seconds.
 
     `settled` is the largest error of it and of all that are at least as fine in mesh and step: errors
-    of mesh and step have opposite signs, and cancel in some policy by chance.
+    of mesh and step have opposite signs, and cancel in some configuration by chance.
     """
 
     group: str
@@ -82,17 +82,17 @@ class Candidate:
 
 
 def _kind(options: Mapping[str, Any]) -> tuple[Any, ...]:
-    """What has to be the same in policies of which one is finer than the other."""
+    """What has to be the same in configurations of which one is finer than the other."""
     return options.get("method"), options.get("clamp"), "step" in options, "tolerance" in options
 
 
 def _size(options: Mapping[str, Any]) -> tuple[float, ...]:
-    """Numbers none of which is larger in a finer policy of the same kind."""
+    """Numbers none of which is larger in a finer configuration of the same kind."""
     return -mesh_value(options), options.get("step", 0.0), options.get("tolerance", 0.0)
 
 
 def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Candidate]:
-    """The rows of one family in one group, one choice a policy; those that failed in any case are left out.
+    """The rows of one family in one group, one choice a configuration, without those that failed in any case.
 
     `floor` is the uncertainty of a row's reference: an error below it says no more.
     """
@@ -155,7 +155,7 @@ def distance(choice: Candidate, members: Sequence[Candidate], quantity: str) -> 
 
 @dataclass(frozen=True)
 class Ranking:
-    """How alike two runs rank the policies of a group by CPU time.
+    """How alike two runs rank the configurations of a group by CPU time.
 
     Attributes
     ----------
@@ -192,7 +192,7 @@ def _ranks(values: Sequence[float]) -> np.ndarray[Any, Any]:
 
 
 def ranking(before: Mapping[str, Any], now: Mapping[str, Any]) -> Ranking | None:
-    """Compare the values of two reports; None if they have no policies in common."""
+    """Compare the values of two reports; None if they have no configurations in common."""
 
     def by_family(values: Mapping[str, Any]) -> dict[tuple[str, str], dict[str, float]]:
         families: dict[tuple[str, str], dict[str, float]] = {}

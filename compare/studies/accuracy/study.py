@@ -1,4 +1,4 @@
-"""How fast and how exact is every model with every policy, and are the defaults a good choice?"""
+"""How fast and how exact is every model with every configuration, and are the defaults a good choice?"""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ class Accuracy:
 
     @cached_property
     def choices(self) -> dict[tuple[str, str], list[Candidate]]:
-        """The policies of each group and family that came to an end in every scene."""
+        """The configurations of each group and family that came to an end in every scene."""
         failing: dict[str, set[str]] = {family.name: set() for family in FAMILIES}
         for item in self.rows:
             if not item.done:
@@ -250,7 +250,9 @@ def main(
     studied = tuple(Study("orders", orders_of.Refined.found, refined).rows(sweep))
     result = Accuracy(rounds, rows, known, studied, old, bool(row))
     if not row and not defaults_of_fronts(result.choices):
-        raise SolverError("the default policy came to an end in no group; its rows alone: --row KEY says why")
+        raise SolverError(
+            "the default configuration came to an end in no group; its rows alone: --row KEY says why"
+        )
     return result
 
 
@@ -272,8 +274,8 @@ def words(result: Accuracy) -> list[str]:
     failed = [r for r in result.rows if not r.done]
     theory = _theory(result.known)
     text = [
-        f"{len(result.rows)} rows of {sum(map(len, result.choices.values()))} policies that came to an end "
-        f"in every scene, the least of {result.rounds} rounds. The default farthest from its front: "
+        f"{len(result.rows)} rows of {sum(map(len, result.choices.values()))} configurations that came to "
+        f"an end in every scene, the least of {result.rounds} rounds. The default farthest from its front: "
         f"{worst['family']} in {worst['group']} ({worst['policy']}), {worst['distance']:.2f} times the "
         f"front's time at the same error; {near} of {len(defaults)} defaults are within a factor "
         f"{ALLOWED:g}.",

@@ -17,7 +17,7 @@ from .references import Reference
 
 
 def _short(label: str) -> str:
-    """A policy in fewer words, for tables."""
+    """A configuration in fewer words, for tables."""
     for long, brief in (("clamp=centred,", ""), ("clamp=", ""), ("method=", ""), ("tolerance=", "tol ")):
         label = label.replace(long, brief)
     return label.replace(",clamp=centred", "").replace("step=", "step ").replace(",", ", ")
@@ -90,8 +90,8 @@ def defaults_table(records: Sequence[Mapping[str, Any]]) -> Table:
             *(("settled", ".1e", "instead_settled"), ("CPU s", ".4f", "instead_seconds")),
         ],
         "error: of the fold or snap angle (rad), root mean square over the group's scenes; settled: the "
-        "largest of it and of all finer policies of its kind, so that errors of mesh and step that cancel "
-        "by chance do not count. CPU s: sum over the scenes. factor: CPU seconds over those of the "
+        "largest of it and of all finer configurations of its kind, so that errors of mesh and step that "
+        "cancel by chance do not count. CPU s: sum over the scenes. factor: CPU seconds over those of the "
         "model's front at the same settled error, interpolated in log-log; shape and energy: the same for "
         "these errors.",
     )
@@ -101,7 +101,7 @@ def fronts_table(result: Mapping[tuple[str, str], list[Candidate]]) -> Table:
     """The members of all fronts."""
     quantity = {group: (DYNAMIC if group.startswith("dynamic") else STATIC)[0] for group, _ in result}
     return Table.of(
-        "The fronts: no other policy of the model is quicker and more exact",
+        "The fronts: no other configuration of the model is quicker and more exact",
         [member for (group, _), its in result.items() for member in front(its, quantity[group])],
         [
             *(("group", "s", "group"), ("model", "s", "family")),
@@ -112,8 +112,8 @@ def fronts_table(result: Mapping[tuple[str, str], list[Candidate]]) -> Table:
             ("shape (L)", ".1e", lambda c: c.errors["shape"]),
             *(("energy", ".1e", lambda c: c.errors["energy"]), ("CPU s", ".4f", "seconds")),
         ],
-        "A policy that fails in any scene, planar or ribbon, is in none. Of policies whose errors differ by "
-        "less than a twentieth the quickest is. "
+        "A configuration that fails in any scene, planar or ribbon, is in none. Of configurations whose "
+        "errors differ by less than a twentieth the quickest is. "
         "Computed alone by: ribbonfem accuracy --group GROUP --model MODEL",
     )
 

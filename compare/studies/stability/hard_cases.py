@@ -116,7 +116,7 @@ _FIELDS = "|".join([item.name for kind in (Scene, Ribbon) for item in fields(kin
 
 
 def is_refusal(error: Exception) -> bool:
-    """Whether an error is an answer: of the scene or the policy, with the field's name and value.
+    """Whether an error is an answer: of the scene or the configuration, with the field's name and value.
 
     Anything else that is raised may be as readable, but it was met on the way and not foreseen.
     """

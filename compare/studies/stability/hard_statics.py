@@ -1,4 +1,4 @@
-"""The scenes of the hard cases at rest: folds and curves of every model that takes them."""
+"""Hard cases in statics: scenes, runs, and checks of folds and equilibrium curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hard cases, in motion and at rest: they complete, or they say why not, and are never garbage."""
+"""The command `stability`: all hard cases run, judged by `judging.py` and `hard_statics.py`, and drawn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the rows of a motion tell of the elastica: its energies, and the power of its controls."""
+"""Energies of a state of the elastica, its mean axial force, and the power of its controls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is left over of the equations of the elastica in motion.
+"""Residual of the equations of motion of the elastica, for a stage of any implicit method.
 
 Every stage of every method solves the same, with r = rp + b a and v = vp + f a:
 
