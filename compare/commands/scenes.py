@@ -38,9 +38,7 @@ def text(name: str) -> str:
     if name not in NAMES:
         near = get_close_matches(name.lower(), (*NAMES, *MOVIES), 1)
         meant = f"; perhaps {near[0]!r} is meant" if near else ""
-        raise SceneError(
-            f"{name!r}: no example scene has this name{meant}; there are {', '.join(NAMES)}"
-        )
+        raise SceneError(f"{name!r}: no example scene has this name{meant}; there are {', '.join(NAMES)}")
     return (files("compare") / "examples" / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from inspect import signature
-from typing import Literal
+from typing import Any
 
-from compare.diagrams import Diagram, report, selection_diagram, skipping_diagram
-from compare.diagrams.diagram import SAMPLES
+from compare.diagrams import Diagram, report
 from compare.diagrams.report import Diagrams
 from compare.diagrams.show import Named
 from compare.report.registry import Command
@@ -36,46 +34,23 @@ NAMED_SELECTION = {
 }
 
 
-def command(name: str, told: str, takes: str) -> Command:
-    """The command of this name, "skipping" or "selection"; `told` is its help."""
-    stopped = name == "selection"
-    make: Callable[..., Diagram] = selection_diagram if stopped else skipping_diagram
-    places: Sequence[tuple[float, ...]] = SELECTION if stopped else SKIPPING
-    named: Mapping[float, Sequence[Named]] = NAMED_SELECTION if stopped else NAMED_SKIPPING
+def compute(
+    make: Callable[..., Diagram],
+    places: Sequence[tuple[float, ...]],
+    axes: Sequence[tuple[float, float, int]],
+    *,
+    seed: int,
+    sweep: Sweep | None,
+    **options: Any,
+) -> Diagrams:
+    """A diagram over rate and damping, `axes`, of each of these dL, dW (and stop)."""
+    calls = [partial(make, *place, *axes, seed=seed) for place in places]
+    return report.compute(calls, sweep=sweep or Sweep(), **options)
 
-    def main(
-        *,
-        compression: float = 0.40,
-        shear: float = 0.40,
-        stop: float = 0.36,
-        rates: tuple[float, float, int] = (0.01, 1.0, 20),
-        dampings: tuple[float, float, int] = (0.1, 30.0, 20),
-        nodes: int = 51,
-        model: Literal["der", "kirchhoff", "both"] = "der",
-        samples: int = SAMPLES,
-        boundaries: bool = True,
-        seed: int = 0,
-        all: bool = False,
-        paper: bool = False,
-        sweep: Sweep | None = None,
-    ) -> Diagrams:
-        alone = (compression, shear, stop) if stopped else (compression, shear)
-        return report.compute(
-            [partial(make, *place, rates, dampings, seed=seed) for place in (places if all else (alone,))],
-            model=model,
-            nodes=nodes,
-            paper=paper,
-            samples=samples,
-            boundaries=boundaries,
-            sweep=sweep or Sweep(),
-        )
 
-    main.__doc__ = told
-    if not stopped:
-        # a ramp that goes on has no stop to be asked for
-        whole = signature(main)
-        kept = [option for option in whole.parameters.values() if option.name != "stop"]
-        main.__signature__ = whole.replace(parameters=kept)  # type: ignore[attr-defined]
+def command(name: str, main: Callable[..., Diagrams], takes: str) -> Command:
+    """The command of this name, "skipping" or "selection"."""
+    named: Mapping[float, Sequence[Named]] = NAMED_SELECTION if name == "selection" else NAMED_SKIPPING
     return Command(
         name=name,
         title=f"Mode {name} over rate and damping",

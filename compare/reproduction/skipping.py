@@ -1,15 +1,40 @@
 """Which shape does a ramp skip?  Diagrams over rate and damping, with shares and boundaries (Fig. 11)."""
 
-from .rate_damping import command
+from typing import Literal
 
-COMMAND = command(
-    "skipping",
+from compare.diagrams import skipping_diagram
+from compare.diagrams.diagram import SAMPLES
+from compare.diagrams.report import Diagrams
+from compare.sweep import Sweep
+
+from .rate_damping import SKIPPING, command, compute
+
+
+def main(
+    *,
+    compression: float = 0.40,
+    shear: float = 0.40,
+    rates: tuple[float, float, int] = (0.01, 1.0, 20),
+    dampings: tuple[float, float, int] = (0.1, 30.0, 20),
+    nodes: int = 51,
+    model: Literal["der", "kirchhoff", "both"] = "der",
+    samples: int = SAMPLES,
+    boundaries: bool = True,
+    seed: int = 0,
+    all: bool = False,
+    paper: bool = False,
+    sweep: Sweep | None = None,
+) -> Diagrams:
     """Draw which shape a ramp from U+S+ skips, over rate and damping (paper, Fig. 11).
 
     A cell of --rates and --dampings (LOW:HIGH:COUNT) is an area: it gets the shares of outcomes, from a few
     runs where they agree and up to --samples where they do not. Changes between sure cells are solved for
     to 1 %. --all: the paper's six; --paper: also in the paper's own setting, and where that differs;
     --model both: finite elements and rods, and where their intervals are disjoint.
-    """,
-    "some 3 minutes a diagram",
-)
+    """
+    options = dict(nodes=nodes, model=model, samples=samples, boundaries=boundaries, paper=paper)
+    places = SKIPPING if all else ((compression, shear),)
+    return compute(skipping_diagram, places, (rates, dampings), seed=seed, sweep=sweep, **options)
+
+
+COMMAND = command("skipping", main, "some 3 minutes a diagram")
