@@ -167,7 +167,7 @@ def simulate(
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     seconds = clock_time.perf_counter() - begin
-    history = run.history(scene, given, {"seconds": seconds})
+    history = run.history(scene, given, {"seconds": seconds}, initial)
     if status != kernels.DONE:
         if run.rows.full:
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .frozen import freeze
 from .options import MOST_STEPS
-from .results import Array
+from .results import Array, History, RestState
 from .row_buffer import RowBuffer
 
 # bytes of rows beyond which they are thinned where nobody said which to keep, and the part that is left then
@@ -41,6 +42,17 @@ class Columns(NamedTuple):
     velocity: int
     kinetic: int
     kept: int
+
+
+def reactions_in(rows: Array, first: int, initial: RestState | History | None) -> Array:
+    """A view (rows, 2, 6) of the reactions in rows, from a column on.
+
+    The first row is that of the motion that is gone on from: the loop no longer knows how its clamps moved.
+    """
+    reactions = rows[:, first : first + 12].reshape(-1, 2, 6)
+    if isinstance(initial, History) and len(reactions) and np.isfinite(initial.reactions[-1:]).all():
+        reactions[0] = initial.reactions[-1]
+    return freeze(reactions)
 
 
 class Rows:
