@@ -68,7 +68,7 @@ def state_of(rest: RestState) -> RodState:
 
 
 def _reactions(problem: Statics, state: RodState) -> Array:
-    """(2, 6) of both clamps at rest (`RestState.reactions`): forces of their nodes, and the held edge's twist."""
+    """(2, 6) of both clamps at rest (`RestState.reactions`): what their nodes and the held edges need."""
     rod, tangent = problem.rod, state.edges[0]
     gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)
     result = np.empty((2, 6))

@@ -264,12 +264,12 @@ class History(Controlled):
         NaN where the program that made the history does not say, or has none that serves (velocities of
         undamped means ring from step to step).
     reactions: (rows, 2, 6) of the left and of the right clamp on the ribbon, in the fixed frame: force along
-        x, y, z (EI2/L^2) and moment about the clamp's own point (EI2/L).  The weight and the inertia of
-        what a clamp holds are in it, so that both forces, the weight and the force at midspan less nu times
-        the momentum are the rate of the momentum.  Of planar models what leaves the plane is 0; of
-        `quasilinear` the component along x is sigma^2.  At a kink of the control's motion that of the instant
-        before.  The finite elements' "discrete-gradient" knows the force in the ribbon as the mean of each
-        step alone, which rings.  NaN where the program that made the history does not say.
+        x, y and z (EI2/L^2), moment about x, y and z at the clamp's own point (EI2/L).  The weight and the
+        inertia of what a clamp holds are in them, so that both forces, the weight and the force at midspan,
+        less nu times the momentum, are its rate.  0 across the plane of planar models; along x
+        sigma^2 and -sigma^2 of `quasilinear`.  At a kink of the clamp's motion that of the instant before.
+        The finite elements' "discrete-gradient" knows the force in the ribbon as the mean of each step
+        alone, which rings.  NaN where the program that made the history does not say.
     steps: (5, steps) time, angle, height, slope and velocity of every step, from which what happens is
         found (beyond a million steps of those around it, and of some between); None where rows are those.
     resume: what the model's stepper goes on from at the last instant (`simulate(..., initial=)`); empty where

@@ -43,6 +43,13 @@ CASES = {
 }
 
 
+FIELDS = ("compression", "shear", "start", "drive", "preset", "gravity", "damping", "ribbon")
+
+
+def scheduled(scene, schedule, **changes):
+    return Scene(**{name: getattr(scene, name) for name in FIELDS} | changes, schedule=schedule)
+
+
 @lru_cache(maxsize=64)
 def moved(name, method, retardation=0.0):
     """To the end of a ramp, where the clamps still move."""
@@ -113,7 +120,8 @@ def unbalanced(history):
     """Force and moment about the left clamp that are left over at the last instant, over the largest ones."""
     scene, (left, right) = history.scene, history.reactions[-1]
     mass, x, acting, spin, share = inertia(history)
-    middle, _ = Rod(scene, len(x)).middle(x) if history.model == "der" else (x[len(x) // 2], None)
+    # (of an even number of nodes two carry the push)
+    middle = 0.5 * (x[(len(x) - 1) // 2] + x[len(x) // 2])
     push, reach = np.array([0.0, 0.0, -PUSH]), held(scene, np.array([1.0]))[0, 0]
     force = left[:3] + right[:3] + push
     moment = left[3:] + right[3:] + np.cross(reach, right[:3]) + np.cross(middle, push)
@@ -125,25 +133,42 @@ def unbalanced(history):
 
 
 @pytest.mark.parametrize(
-    ("name", "method", "retardation"),
+    ("name", "method", "retardation", "close"),
     [
-        ("elastica", "esdirk4", 0.0),
-        ("elastica", "newmark", 0.0),
-        ("elastica that stretches", "generalised-alpha", 1e-3),
-        ("kirchhoff", "esdirk4", 1e-3),
-        ("kirchhoff", "generalised-alpha", 0.0),
-        ("kirchhoff, gyroscopic", "tr-bdf2", 0.0),
-        ("der", "esdirk3", 0.0),
-        ("der, even", "tr-bdf2", 1e-3),
-        ("der, two-node", "implicit-euler", 0.0),
+        ("elastica", "esdirk4", 0.0, 1e-8),
+        ("elastica", "newmark", 0.0, 1e-9),
+        ("elastica that stretches", "generalised-alpha", 1e-3, 1e-8),
+        ("kirchhoff", "newmark", 0.0, 1e-9),
+        ("kirchhoff", "esdirk4", 1e-3, 1e-7),
+        ("kirchhoff, gyroscopic", "newmark", 0.0, 1e-9),
+        ("kirchhoff, gyroscopic", "implicit-euler", 0.0, 1e-6),
+        ("der", "esdirk3", 0.0, 1e-9),
+        ("der, even", "tr-bdf2", 1e-3, 1e-9),
+        ("der, two-node", "implicit-euler", 0.0, 1e-9),
     ],
 )
-def test_in_motion_momentum_and_angular_momentum_balance(name, method, retardation):
-    """To what Newton leaves, from the accelerations and velocities of the last instant."""
+def test_in_motion_momentum_and_angular_momentum_balance(name, method, retardation, close):
+    """By the velocities and accelerations of the last instant, to what Newton leaves of moments."""
     history = moved(name, method, retardation)
     assert np.isfinite(history.reactions).all()
     assert not history.reactions.flags.writeable
-    assert max(unbalanced(history)) < 1e-6
+    force, moment = unbalanced(history)
+    assert force < 1e-9
+    assert moment < close
+
+
+def test_in_motion_a_beam_of_small_slopes_balances():
+    """Z = 1 and Z = s are shapes of its mesh, along which nothing bends."""
+    history = moved("quasilinear", "esdirk4", 1e-3)
+    scene, kept = history.scene, history.resume
+    mesh, scale, nu = quasilinear.problem.mesh_of(1, 18), scene.compression**0.5, scene.scaled_damping
+    velocity, change = (np.append(kept[n], kept["ends"][k]) for n, k in (("v", 1), ("a", 2)))
+    inertial = scale * (mesh.mass @ (change + nu * velocity)) - scene.weight[2] * mesh.weight
+    (left, right), lift = history.reactions[-1], scene.drives.lift * scene.stop
+    for ends, arms, turns, at_middle in (((1, 0, 1, 0), (1, 1), 0, 1.0), ((0, 1, 1, 1), (0, 1), 1, 0.5)):
+        shape = np.append(np.zeros(mesh.count), ends)
+        given = arms[0] * left[2] + arms[1] * right[2] - turns * (left[4] + right[4] + lift * right[0])
+        assert given - at_middle * PUSH == pytest.approx(shape @ inertial, abs=1e-9 * np.abs(right).max())
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -175,33 +200,27 @@ def test_a_state_at_rest_has_them_too(name):
     # where a curve of equilibria has the scene's start
     curve = model.equilibria(scene.at_rest, span=(-1e-3, 1e-3), **mesh)
     load = curve.load[np.argmin(np.abs(curve.control))]
-    mean = -state.reactions[1, 0] + (0.5 * scene.weight[0] if name == "der" else 0.0)
-    assert load == pytest.approx(mean, abs=1e-6 * size)
+    assert load == pytest.approx(-state.reactions[1, 0], abs=1e-6 * size)
 
 
 @pytest.mark.parametrize("name", ["quasilinear", "elastica", "kirchhoff", "der"])
 def test_their_power_is_the_work_of_the_controls(name):
     model, scene, options = CASES[name]
-    scene = replace(
-        scene,
-        rate=None,
-        stop=None,
-        preset={},
-        drive=Drive(left=1.0, right=0.3, **({"lift": 0.2, "compression": 0.1} if scene is PLANAR else {})),
-        schedule=Schedule.ramp(rate=0.4, stop=0.1, acceleration=4.0),
-    )
+    # (in three dimensions what a clamp holds does no work, in the plane it does)
+    drive = Drive(left=1.0, right=0.3, **({"lift": 0.2, "compression": 0.1} if scene is PLANAR else {}))
+    scene = scheduled(scene, Schedule.ramp(0.4, 0.1, 4.0), preset={}, drive=drive)
     history = model.simulate(scene, step=2e-3, every=1, **options)
     time, control, moves = history.time, history.control, scene.drives
     power = moves.left * history.reactions[:, 0, 4] - moves.right * history.reactions[:, 1, 4]
     power = power + moves.lift * history.reactions[:, 1, 2] - moves.compression * history.reactions[:, 1, 0]
     work = np.concatenate(([0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(control))))
     assert np.ptp(time) > 0.2
-    assert np.abs(work - history.energies["work"]).max() < 2e-4 * np.abs(work).max()
+    assert np.abs(work - history.energies["work"]).max() < 1e-5 * np.abs(work).max()
 
 
 def test_in_the_plane_models_agree():
-    scene = replace(PLANAR, compression=0.40)
-    options = {"step": 5e-4, "elements": 12, "method": "esdirk4", "every": 10}
+    scene = scheduled(PLANAR, Schedule.ramp(0.4, 0.05, 4.0), compression=0.40)
+    options = {"step": 2e-3, "elements": 12}
     planar, spatial = (model.simulate(scene, **options).reactions for model in (elastica, kirchhoff))
     size = np.abs(planar).max()
     assert np.abs(planar - spatial).max() < 1e-6 * size
@@ -230,14 +249,15 @@ def test_small_slopes_agree_with_a_flat_elastica():
 
 
 def test_rods_tend_to_the_elements():
-    scene = replace(TILTED, damping=30.0, rate=None, stop=None, schedule=Schedule.ramp(0.4, 0.2, 2.0))
+    scene = scheduled(TILTED, Schedule.ramp(0.4, 0.2, 2.0), damping=30.0)
     options = {"step": 5e-3, "every": 1}
     elements = kirchhoff.simulate(scene, extensible=True, method="tr-bdf2", **options).reactions
-    rods = [der.simulate(scene, nodes=nodes, **options).reactions for nodes in (42, 82)]
-    size = np.abs(elements).max()
-    off = [np.abs(rod - elements).max() / size for rod in rods]
-    assert off[0] / off[1] == pytest.approx(4.0, abs=0.5)
-    assert np.abs(rods[1] + (rods[1] - rods[0]) / 3.0 - elements).max() < 3e-4 * size
+    # (of what Newton leaves in a position the stiff direction makes a force)
+    options |= {"newton_tolerance": 1e-12}
+    coarse, fine = (der.simulate(scene, nodes=nodes, **options).reactions for nodes in (82, 162))
+    assert np.abs(coarse - elements).max() / np.abs(fine - elements).max() == pytest.approx(4.0, abs=0.2)
+    limit = fine + (fine - coarse) / 3.0
+    assert np.abs(limit - elements).max() < 1e-4 * np.abs(elements).max()
 
 
 @pytest.mark.parametrize("name", ["quasilinear", "elastica", "kirchhoff", "der"])
@@ -253,9 +273,9 @@ def test_the_mirror_image_has_the_mirrored_ones(name):
 def test_a_motion_that_goes_on_begins_with_the_last_ones(name):
     model, scene, options = CASES[name]
     half = Schedule((0.0, 0.05, 0.1), (0.0, 0.02, 0.06), kind="linear")
-    whole = replace(scene, rate=None, stop=None, schedule=half)
-    first = replace(scene, rate=0.4, stop=0.02)
-    second = replace(scene, rate=None, stop=None, schedule=Schedule((0.0, 0.05), (0.02, 0.06), kind="linear"))
+    whole = scheduled(scene, half)
+    first = replace(scene, stop=0.02)
+    second = scheduled(scene, Schedule((0.0, 0.05), (0.02, 0.06), kind="linear"))
     begun = model.simulate(first, step=5e-3, **options)
     rest = model.simulate(second, step=5e-3, initial=begun, **options)
     np.testing.assert_array_equal(rest.reactions[0], begun.reactions[-1])

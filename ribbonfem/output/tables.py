@@ -205,10 +205,10 @@ def motion_dataset(history: History) -> Any:
 
     Returns
     -------
-    Variables angle, height, slope, load, velocity and the energies, (time,); force (EI2/L^2) and moment (EI2/L)
-    of the clamps on the ribbon, (time, clamp, axis); and the configurations, of which positions are
-    (time, node, axis) in L; coordinates time (s), s (node,) in L, axis, clamp. Each has its
-    `units`; the set has model, scene and policy.
+    Variables angle, height, slope, load, velocity and the energies, (time,); force (EI2/L^2) and moment
+    (EI2/L) of the clamps on the ribbon, (time, clamp, axis); and the configurations, of which positions are
+    (time, node, axis) in L; coordinates time (s), s (node,) in L, axis, clamp. Each has its `units`; the
+    set has model, scene and policy.
 
     Raises
     ------
