@@ -47,11 +47,13 @@ class Columns(NamedTuple):
 def reactions_in(rows: Array, first: int, initial: RestState | History | None) -> Array:
     """A view (rows, 2, 6) of the reactions in rows, from a column on.
 
-    The first row is that of the motion that is gone on from: the loop no longer knows how its clamps moved.
+    The first row is that of what a motion began with: the loop does not know how clamps moved before, or what
+    other loads held a state.
     """
     reactions = rows[:, first : first + 12].reshape(-1, 2, 6)
-    if isinstance(initial, History) and len(reactions) and np.isfinite(initial.reactions[-1:]).all():
-        reactions[0] = initial.reactions[-1]
+    if initial is not None and len(reactions):
+        begun = initial.reactions[-1] if isinstance(initial, History) else initial.reactions
+        reactions[0] = np.where(np.isfinite(begun), begun, reactions[0])
     return freeze(reactions)
 
 

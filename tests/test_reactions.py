@@ -185,7 +185,8 @@ def test_those_of_means_are_the_impulse_of_each_step():
     impulse = (np.diff(history.time) / scene.ribbon.inertial_time) @ force[1:]
     x, mass = history.configurations["positions"], elastica.problem.mesh_of(8).mass
     momentum = mass @ nodal(history.resume["v"], 8) + scene.scaled_damping * (mass @ (x[-1] - x[0]))
-    np.testing.assert_allclose(impulse, momentum, atol=1e-6 * np.abs(momentum).max())
+    # (of a velocity Newton leaves 1e-8 L over a step of 2e-3 t*)
+    np.testing.assert_allclose(impulse, momentum, atol=1e-3 * np.abs(momentum).max())
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -214,6 +215,9 @@ def test_a_state_at_rest_has_them_too(name):
     size = np.abs(state.reactions).max()
     np.testing.assert_allclose(state.reactions, history.reactions[0], atol=1e-9 * size)
     np.testing.assert_allclose(state.reactions[1, :3], state.force, atol=1e-12 * size)
+    let_go = replace(scene, preset={})
+    begun = model.simulate(let_go, initial=state, step=1e-2, **mesh).reactions
+    np.testing.assert_array_equal(begun[0], state.reactions)
     # where a curve of equilibria has the scene's start
     curve = model.equilibria(scene.at_rest, span=(-1e-3, 1e-3), **mesh)
     load = curve.load[np.argmin(np.abs(curve.control))]
