@@ -8,7 +8,7 @@ from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.results import Array, History, RestState
 from ribbonfem.row_buffer import some_steps
-from ribbonfem.rows import Columns, Rows
+from ribbonfem.rows import Columns, Rows, reactions_in
 from ribbonfem.scene import Scene
 
 from . import kernels
@@ -142,7 +142,7 @@ class Loop:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         self.rows.kinks = ends.kinks
         rows, x, m1 = self._room()
-        kernels.record(self.constants, ends, self.motion, self.scratch, course, rows, x, m1, True)
+        kernels.record(self.constants, ends, self.motion, self.scratch, course, -1, rows, x, m1, True)
         while True:
             status = kernels.run(
                 self.constants,
@@ -161,15 +161,22 @@ class Loop:
                 return int(status)
             rows, x, m1 = self._room()
 
-    def history(self, scene: Scene, options: dict[str, object], stats: dict[str, float]) -> History:
-        """The rows so far as a `History`."""
+    def history(
+        self,
+        scene: Scene,
+        options: dict[str, object],
+        stats: dict[str, float],
+        initial: RestState | History | None = None,
+    ) -> History:
+        """The rows so far as a `History`, of a motion that began with `initial`."""
         second = scene.ribbon.inertial_time
         # (velocities that ring are none)
         per_second = np.nan if self.options.method in RINGING else 1.0 / second
         taken, steps = self.rows.taken({kernels.ROW_TIME: second, kernels.ROW_VELOCITY: per_second})
+        reactions = reactions_in(taken[0], kernels.ROW_REACTIONS, initial)
         rows, *configurations = map(freeze, taken)
         clock = self.clock
-        time, control, height, slope, *energies, load, velocity, _ = rows.T
+        time, control, height, slope, *energies, load, velocity = rows.T[: kernels.ROW_KEPT]
         return History(
             time=time,
             control=control,
@@ -199,4 +206,5 @@ class Loop:
                 "factors": self.scratch.factors,
                 "told": self.told,
             },
+            reactions=reactions,
         )

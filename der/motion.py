@@ -97,7 +97,8 @@ def simulate(
         `pytest -m slow -s -n 0 tests/test_defaults.py`.
     spectral_radius: of generalised-alpha at infinite frequency, in [0, 1].
     newton_tolerance: Newton stops at an update below it (positions in L, a tenth of angles); by
-        default 1e-8 with a fixed step and a thousandth of `tolerance` with adaptive ones.
+        default 1e-8 with a fixed step and a thousandth of `tolerance` with adaptive ones.  Of what is left
+        the stiff direction makes a force: reactions of short fixed steps are smooth below 1e-11.
     every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
         thins them out then (`History`).
     configurations: False leaves positions and directors out of the result.
@@ -167,7 +168,7 @@ def simulate(
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     seconds = clock_time.perf_counter() - begin
-    history = run.history(scene, given, {"seconds": seconds})
+    history = run.history(scene, given, {"seconds": seconds}, initial)
     if status != kernels.DONE:
         if run.rows.full:
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"

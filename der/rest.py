@@ -67,22 +67,36 @@ def state_of(rest: RestState) -> RodState:
     return RodState(x, m1, twist)
 
 
+def _reactions(problem: Statics, state: RodState) -> Array:
+    """(2, 6) of both clamps at rest (`RestState.reactions`): what their nodes and the held edges need."""
+    rod, tangent = problem.rod, state.edges[0]
+    gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)
+    result = np.empty((2, 6))
+    for clamp, nodes in enumerate((slice(2), slice(-2, None))):
+        forces, along = gradient[nodes, :3], tangent[-clamp]
+        result[clamp, :3] = forces.sum(axis=0)
+        lever = (rod.arclength[nodes] - clamp) @ forces
+        result[clamp, 3:] = np.cross(along, lever) + gradient[nodes.start or 0, 3] * along
+    return result
+
+
 def _rest(problem: Statics, state: RodState, control: float, index: int, scene: Scene) -> RestState:
     rod = problem.rod
     height, slope, _ = problem.observe(state, control)
-    gradient = problem.assemble(state, second=False)[1].reshape(-1, 4)[:, :3]
+    reactions = _reactions(problem, state)
     return RestState(
         name=states.name(rod, state),
         control=float(control),
         height=height,
         slope=slope,
-        force=gradient[-2:].sum(axis=0),
+        force=reactions[1, :3],
         energy=problem.energy(state),
         index=index,
         s=np.array(rod.arclength),
         positions=state.x.copy(),
         directors=_directors(state),
         scene=scene,
+        reactions=reactions,
         **_profiles(rod, state),
     )
 

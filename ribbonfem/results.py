@@ -263,6 +263,13 @@ class History(Controlled):
     velocity: (rows,) d(height)/d(time), L/s; at a kink of the clamp's motion that of the instant before.
         NaN where the program that made the history does not say, or has none that serves (velocities of
         undamped means ring from step to step).
+    reactions: (rows, 2, 6) of the left and of the right clamp on the ribbon, in the fixed frame: force along
+        x, y and z (EI2/L^2), moment about x, y and z at the clamp's own point (EI2/L).  The weight and the
+        inertia of what a clamp holds are in them, so that both forces, the weight and the force at midspan,
+        less nu times the momentum, are its rate.  0 across the plane of planar models; along x
+        sigma^2 and -sigma^2 of `quasilinear`.  At a kink of the clamp's motion that of the instant before.
+        The finite elements' "discrete-gradient" knows the force in the ribbon as the mean of each step
+        alone, which rings.  NaN where the program that made the history does not say.
     steps: (5, steps) time, angle, height, slope and velocity of every step, from which what happens is
         found (beyond a million steps of those around it, and of some between); None where rows are those.
     resume: what the model's stepper goes on from at the last instant (`simulate(..., initial=)`); empty where
@@ -284,11 +291,12 @@ class History(Controlled):
     velocity: Array = None  # type: ignore[assignment]
     steps: Array | None = None
     resume: Mapping[str, Array] = field(default_factory=dict)
+    reactions: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        for name in ("load", "velocity"):
+        for name, shape in (("load", ()), ("velocity", ()), ("reactions", (2, 6))):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, np.full(len(self.time), np.nan))
+                object.__setattr__(self, name, np.full((len(self.time), *shape), np.nan))
         if self.arclength is None:
             object.__setattr__(self, "arclength", _uniform(self.configurations.get("positions")))
         super().__post_init__()
@@ -505,6 +513,8 @@ class RestState(Controlled):
     points: (points,) arclength of the rows of kappa1, kappa2 and tau.
     kappa1, kappa2, tau: (points,) curvatures about m1 and m2, and twist, in 1/L.
     scene: what it is a state of.
+    reactions: (2, 6) of the left and of the right clamp, as in `History`; NaN where the program that made the
+        state does not say.
     """
 
     name: str
@@ -522,6 +532,12 @@ class RestState(Controlled):
     kappa2: Array
     tau: Array
     scene: Scene
+    reactions: Array = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.reactions is None:
+            object.__setattr__(self, "reactions", np.full((2, 6), np.nan))
+        super().__post_init__()
 
     def plot(self, axes: Any = None, **options: Any) -> Any:
         """Draw it into axes of matplotlib, or new ones: see `ribbonfem.output.plots.rest`."""

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .frozen import freeze
 from .options import MOST_STEPS
-from .results import Array
+from .results import Array, History, RestState
 from .row_buffer import RowBuffer
 
 # bytes of rows beyond which they are thinned where nobody said which to keep, and the part that is left then
@@ -41,6 +42,19 @@ class Columns(NamedTuple):
     velocity: int
     kinetic: int
     kept: int
+
+
+def reactions_in(rows: Array, first: int, initial: RestState | History | None) -> Array:
+    """A view (rows, 2, 6) of the reactions in rows, from a column on.
+
+    The first row is that of what a motion began with: the loop does not know how clamps moved before, or what
+    other loads held a state.
+    """
+    reactions = rows[:, first : first + 12].reshape(-1, 2, 6)
+    if initial is not None and len(reactions):
+        begun = initial.reactions[-1] if isinstance(initial, History) else initial.reactions
+        reactions[0] = np.where(np.isfinite(begun), begun, reactions[0])
+    return freeze(reactions)
 
 
 class Rows:

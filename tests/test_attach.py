@@ -139,7 +139,13 @@ def test_a_motion_is_a_data_frame_with_units():
         history = result_of(name)
         frame = history.to_pandas()
         states = ["time", "angle", "height", "slope", "load", "velocity"]
-        assert list(frame.columns) == states + list(history.energies)
+        clamps = [
+            f"{what}_{clamp}_{axis}"
+            for what in ("force", "moment")
+            for clamp in ("left", "right")
+            for axis in "xyz"
+        ]
+        assert list(frame.columns) == states + list(history.energies) + clamps
         assert len(frame) == len(history)
         np.testing.assert_array_equal(frame["height"], history.height)
         assert frame.attrs["units"] | {"time": "s", "angle": "rad", "work": "EI2/L"} == frame.attrs["units"]
@@ -207,6 +213,7 @@ def test_results_are_data_sets_with_units(tmp_path):
         assert data["positions"].dims == ("time", "node", "axis")
         assert data["positions"].shape == history.configurations["positions"].shape
         assert set(history.configurations) <= set(data)
+        assert data["force"].dims == data["moment"].dims == ("time", "clamp", "axis")
         np.testing.assert_array_equal(data["time"], history.time)
         np.testing.assert_array_equal(data["s"], history.arclength)
         units = {key: data[key].attrs["units"] for key in ("time", "angle", "positions", "kinetic", "s")}

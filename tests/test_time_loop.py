@@ -17,6 +17,7 @@ from ribbonfem.stepping.kernels import (
     CLOCK_SIZE,
     FULL,
     KINK,
+    REACTIONS,
     ROW_SIZE,
     ROWS,
     STEPS,
@@ -138,8 +139,9 @@ def _measure(model, nu, solved):
 
 
 @njit
-def _record(model, rows, row):
+def _record(model, nu, rows, row):
     rows[row, HEIGHT], rows[row, VELOCITY] = model.place[1], model.place[0] * model.now[0]
+    rows[row, REACTIONS:] = 0.0
 
 
 LOOP = loop_of(

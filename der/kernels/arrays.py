@@ -46,7 +46,8 @@ GROWTH = 0.25
 
 # columns of `rows`
 ROW_TIME, ROW_CONTROL, ROW_HEIGHT, ROW_SLOPE, ROW_KINETIC, ROW_ELASTIC, ROW_POTENTIAL = range(7)
-ROW_DISSIPATED, ROW_WORK, ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_SIZE = range(7, 13)
+ROW_DISSIPATED, ROW_WORK, ROW_LOAD, ROW_VELOCITY, ROW_KEPT, ROW_REACTIONS = range(7, 13)
+ROW_SIZE = ROW_REACTIONS + 12
 
 # retardation in t*; shape (N, 2) natural curvature and twist of a node, rad; lumps (N,) of the weight
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength shape lumps retardation")

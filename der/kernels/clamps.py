@@ -13,11 +13,12 @@ from ribbonfem.ends.kernels import (
     SHEAR,
     TWIST_LEFT,
     TWIST_RIGHT,
+    control_at,
 )
 from ribbonfem.jit.decorator import compiled
 
-from .arrays import CONTROL, PUSH
-from .frames import OPTIONS
+from .arrays import CONTROL, PUSH, TIME
+from .frames import OPTIONS, cross, mix, triple
 
 
 @compiled(**OPTIONS)
@@ -100,6 +101,55 @@ def reaction(rod, ends, control, gradient):
             total += m[LIFT] * gradient[g + 2] - m[COMPRESSION] * gradient[g] - m[SHEAR] * gradient[g + 1]
         total += m[TWIST_RIGHT] * gradient[4 * nodes - 5]
     return total
+
+
+@compiled(**OPTIONS)
+def _change(rod, ends, i, control, rate, change, nu):
+    """Acceleration of a clamped node, with nu times its velocity."""
+    m = ends.moved
+    left = i < 2
+    turned, slid = (LEFT, 0.0) if left else (RIGHT, 1.0)
+    angle, arm = ends.fixed[turned] + m[turned] * control, rod.arclength[i] - slid
+    # (the right clamp turns the other way)
+    up = -1.0 if left else 1.0
+    turn, speed = arm * m[turned] * (change + nu * rate), arm * (m[turned] * rate) ** 2
+    shift = slid * (change + nu * rate)
+    return (
+        -math.sin(angle) * turn - math.cos(angle) * speed - shift * m[COMPRESSION],
+        -shift * m[SHEAR],
+        up * (math.cos(angle) * turn - math.sin(angle) * speed) + shift * m[LIFT],
+    )
+
+
+@compiled(**OPTIONS)
+def put_reactions(rod, ends, motion, phase, nu, gradient, row):
+    """Put force and moment of both clamps into a row, with weight and inertia of the nodes that they hold.
+
+    The gradient is of the elastic energy; of the first row, of no `phase`, nothing is known to move.
+    """
+    nodes, w = motion.x.shape[0], ends.weight
+    control, rate, change = 0.0, 0.0, 0.0
+    if phase >= 0:
+        control, rate, change = control_at(ends, phase, motion.clock[TIME])
+    for clamp in range(2):
+        edge, place = clamp * (nodes - 2), 6 * clamp
+        for c in range(6):
+            row[place + c] = 0.0
+        for i in range(edge, edge + 2):
+            a, k = _change(rod, ends, i, control, rate, change, nu), 4 * i
+            inner = gradient[k], gradient[k + 1], gradient[k + 2]
+            pull = mix(inner, 1.0, (a[0] - w[0], a[1] - w[1], a[2] - w[2]), rod.lumps[i])
+            # (the node is this far from the clamp's own point, along its edge)
+            arm, moment = rod.arclength[i] - clamp, cross(triple(motion.tangent, edge), pull)
+            for c in range(3):
+                row[place + c] += pull[c]
+                row[place + 3 + c] += arm * moment[c]
+        # of the held edge what lies between the clamps
+        twist = ends.moved[TWIST_RIGHT if clamp else TWIST_LEFT]
+        inertia = rod.inertia[3] * (0.5 + rod.lumps[0] / rod.rest)
+        along = gradient[4 * edge + 3] + inertia * twist * (change + nu * rate)
+        for c in range(3):
+            row[place + 3 + c] += along * motion.tangent[edge, c]
 
 
 @compiled(**OPTIONS)

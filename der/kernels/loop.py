@@ -36,6 +36,7 @@ from .arrays import (
     ROW_KINETIC,
     ROW_LOAD,
     ROW_POTENTIAL,
+    ROW_REACTIONS,
     ROW_SLOPE,
     ROW_TIME,
     ROW_VELOCITY,
@@ -51,16 +52,17 @@ from .arrays import (
     WORK,
 )
 from .band import FIRST
+from .clamps import put_reactions
 from .frames import OPTIONS, dot, edges, mix, triple
 from .steps import attempt, largest_move, sum_up
 
 
 @compiled(**OPTIONS)
-def record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
+def record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, kept):
     """Write the next row; configurations only if it is kept and there is room for them.
 
-    One that is not kept has what events are found in, and no elastic energy or load, which cost most.
-    True if the energy has blown up.
+    One that is not kept has what events are found in, and no elastic energy, load or reactions, which cost
+    most.  `phase` is that of the step to it, -1 of the first row.  True if the energy has blown up.
     """
     nodes = motion.x.shape[0]
     clock, row = motion.clock, int(motion.clock[ROW])
@@ -104,6 +106,8 @@ def record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
         if i < nodes - 1:
             load -= force
     rows[row, ROW_LOAD] = load / (nodes - 3)
+    if kept:
+        put_reactions(rod, ends, motion, phase, course.damping, s.gradient, rows[row, ROW_REACTIONS:])
     place = int(clock[PLACE])
     if kept and place < row_x.shape[0]:
         copy(motion.x, row_x[place])
@@ -197,7 +201,7 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
         kept = done or clock[SINCE] >= every or clock[AFTER] > 0.0
         if kept:
             clock[SINCE] = 0.0
-        if record(rod, ends, motion, s, course, rows, row_x, row_m1, kept):
+        if record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, kept):
             return BLOWN
         row = int(clock[ROW]) - 1
         if clock[TIME] >= course.settled and _energy(motion, rows, row) < course.barrier:
@@ -205,7 +209,7 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
                 return DONE
             # the last row is a whole one
             clock[ROW] -= 1.0
-            record(rod, ends, motion, s, course, rows, row_x, row_m1, True)
+            record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, True)
             return DONE
         if course.snap:
             height = rows[row, ROW_HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * clock[CONTROL])

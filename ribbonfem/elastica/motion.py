@@ -248,7 +248,7 @@ def simulate(
         configurations=configurations,
     )
     options = options_given(tolerance=control.tolerance)
-    return moved.as_history(scene, options, model="elastica", arclength=problem.arclength)
+    return moved.as_history(scene, options, model="elastica", arclength=problem.arclength, initial=initial)
 
 
 @checked

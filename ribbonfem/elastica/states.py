@@ -10,9 +10,10 @@ import numpy as np
 from ribbonfem.continuation import equilibrium
 from ribbonfem.continuation.loading import brought_on
 from ribbonfem.options import flag
-from ribbonfem.results import RestState
+from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene, SceneError
 
+from .kernels.beam import P
 from .problem import Statics, _State
 
 
@@ -49,6 +50,20 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> _State:
     return replace(brought_on(problem, problem.start(), scene), at=scene.begin)
 
 
+def _reactions(problem: Statics, state: _State) -> Array:
+    """(2, 6) of both clamps at rest (`RestState.reactions`)."""
+    mesh, force = problem.mesh, problem.force(state)
+    bent, _, _, along, across = problem.section(state)
+    moment = bent - problem.natural(state)
+    shear = mesh.weights * (1.0 + problem.compliance * along) * across
+    result = np.zeros((2, 6))
+    for clamp, (e, i) in enumerate(((0, 0), (-1, P))):
+        result[clamp, [0, 2]] = mesh.coupling[:, i] @ force[e] - mesh.lumps[i] * problem.rig.weight
+        # (phi turns about -y)
+        result[clamp, 4] = mesh.tables.value[:, i] @ shear[e] - mesh.coupling[:, i] @ moment[e]
+    return result
+
+
 def rest_state(problem: Statics, state: _State, scene: Scene) -> RestState:
     """An equilibrium as what it is in three dimensions."""
     x, z = problem.shape(state)
@@ -77,4 +92,5 @@ def rest_state(problem: Statics, state: _State, scene: Scene) -> RestState:
         kappa2=curvature,
         tau=np.zeros_like(curvature),
         scene=scene,
+        reactions=_reactions(problem, state),
     )

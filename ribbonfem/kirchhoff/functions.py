@@ -34,6 +34,7 @@ from . import out_of_plane as plane
 from . import shear, states
 from .motion import vibrations
 from .problem import Frames, Statics, checked_mesh, directors
+from .reactions import reactions_of
 from .shear import Pitchforks, ShearCurve
 
 __all__ = [
@@ -70,6 +71,7 @@ def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Sce
         positions=problem.positions(frames, angle),
         directors=directors(frames.g),
         scene=scene,
+        reactions=reactions_of(problem, frames),
         **problem.profiles(frames),
     )
 

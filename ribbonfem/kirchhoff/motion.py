@@ -21,7 +21,7 @@ done for an element is done for four of them at once (`kernels.fours`).
 from __future__ import annotations
 
 import time as clock_time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -37,7 +37,7 @@ from ribbonfem.frozen import freeze
 from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
 from ribbonfem.row_buffer import some_steps
-from ribbonfem.rows import Columns, Rows
+from ribbonfem.rows import Columns, Rows, reactions_in
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
@@ -50,6 +50,7 @@ from ribbonfem.stepping.kernels import (
     MEAN,
     NEWTON,
     PLACES,
+    REACTIONS,
     REJECTED,
     ROWS,
     STEPS,
@@ -174,8 +175,7 @@ def simulate(
         since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
     options = options_given(tolerance=control.tolerance)
-    law = initial.resume if isinstance(initial, History) else None
-    return integrate(problem, start, scene, control, ramp, options, configurations, first, law)
+    return integrate(problem, start, scene, control, ramp, options, configurations, first, initial)
 
 
 @lru_cache(maxsize=16)
@@ -326,12 +326,19 @@ class Loop:
             if status != FULL or self.rows.full:
                 return int(status)
 
-    def history(self, scene: Scene, options: dict[str, Any], stats: dict[str, float]) -> History:
-        """The rows so far."""
+    def history(
+        self,
+        scene: Scene,
+        options: dict[str, Any],
+        stats: dict[str, float],
+        initial: RestState | History | None = None,
+    ) -> History:
+        """The rows so far, of a motion that began with `initial`."""
         second = scene.ribbon.inertial_time
         # velocities of a mean of forces ring from step to step
         per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
         taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
+        reactions = reactions_in(taken[0], REACTIONS, initial)
         rows, *configurations = map(freeze, taken)
         clock = self.motion.clock
         law = {name: getattr(self.rod, name).copy() for name in initials.LAW}
@@ -360,6 +367,7 @@ class Loop:
             model="kirchhoff",
             steps=freeze(steps),
             resume={name: value.copy() for name, value in self.motion._asdict().items()} | law,
+            reactions=reactions,
         )
 
 
@@ -372,11 +380,11 @@ def integrate(
     options: dict[str, Any],
     configurations: bool,
     first: Callable[[], arrays.Motion] | None = None,
-    law: Mapping[str, Array] | None = None,
+    initial: RestState | History | None = None,
 ) -> History:
     """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
 
-    `law` has what the strains of that state count from (`initials.LAW`), if it is not at rest.
+    That is the last instant of `initial`, if this is a motion.
 
     Raises
     ------
@@ -386,7 +394,9 @@ def integrate(
     rod = discretised(problem, scene, options.get("gyroscopic", False))
     scheme = control.method.as_scheme()
 
-    own = {name: getattr(rod, name).copy() for name in initials.LAW} | dict(law or {})
+    own = {name: getattr(rod, name).copy() for name in initials.LAW}
+    if isinstance(initial, History):
+        own |= initial.resume
 
     def begin() -> arrays.Motion:
         for name in initials.LAW:
@@ -405,7 +415,7 @@ def integrate(
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    history = run.history(scene, options, stats)
+    history = run.history(scene, options, stats, initial)
     problem_met = run.rows.full or problem_of(status, scene, control)
     if problem_met:
         where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"

@@ -308,7 +308,7 @@ class Statics:
         rate[-1] = turning * self.ends.right(state.at)[1]
         q = np.einsum("ki,eic->ekc", tables.value, state.g[self._local])
         change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
-        tangent, derivative = _tangents(q)
+        tangent, derivative = tangents_of(q)
         forces = state.force + self.loads(state.at)
         pull = np.einsum("ekb,ekb->ek", tangent, forces)
         # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
@@ -406,7 +406,7 @@ def directors(g: Array) -> Array:
     return np.stack((normal, width, tangent), axis=1)
 
 
-def _tangents(q: Array) -> tuple[Array, Array]:
+def tangents_of(q: Array) -> tuple[Array, Array]:
     """Unit tangents (..., 3) of quaternions (..., 4) of any length, and their derivatives (..., 3, 4)."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     square = np.sum(q * q, axis=-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -28,9 +29,12 @@ _COLUMNS = {
     "positions": ("positions of the nodes", "L"),
     "normals": ("unit vectors m1 normal to the surface", "1"),
     "curvature": ("curvature about the width", "1/L"),
+    "force": ("force of a clamp on the ribbon", "EI2/L^2"),
+    "moment": ("moment of a clamp on the ribbon about its own point", "EI2/L"),
     "s": ("arclength of the nodes", "L"),
 }
 _STATES = ("height", "slope", "load")
+_CLAMPS, _AXES = ("left", "right"), ("x", "y", "z")
 
 
 def library(name: str, method: str) -> Any:
@@ -55,6 +59,12 @@ def _motion(history: History) -> dict[str, Any]:
     return columns | {name: np.array(energy) for name, energy in history.energies.items()}
 
 
+def _reactions(history: History) -> dict[str, Any]:
+    """Force and moment (rows, 2, 3) of both clamps."""
+    reactions = np.array(history.reactions)
+    return {"force": reactions[..., :3], "moment": reactions[..., 3:]}
+
+
 def _branch(branch: Branch) -> dict[str, Any]:
     names = (_control(branch), *_STATES, "energy", "stable")
     return {name: np.array(getattr(branch, name)) for name in names}
@@ -66,12 +76,13 @@ def _control(result: Any) -> str:
 
 
 def _unit(name: str, result: Any) -> str:
+    name = name.split("_")[0]
     return result.scene.drives.unit if name == "control" else _COLUMNS[name][1]
 
 
 def _frame(result: History | Branch, columns: dict[str, Any]) -> Any:
     frame = library("pandas", "to_pandas").DataFrame(columns)
-    units = {name: _unit(name, result) for name in columns if name in _COLUMNS}
+    units = {name: _unit(name, result) for name in columns if name.split("_")[0] in _COLUMNS}
     frame.attrs.update(_about(result), units=units)
     return frame
 
@@ -82,7 +93,7 @@ def motion_frame(history: History) -> Any:
     Returns
     -------
     Columns time (s), angle (rad; of other drives control), height (L), slope, load (EI2/L^2), velocity
-    (L/s), energies; `attrs`
+    (L/s), energies, force_left_x (EI2/L^2) to moment_right_z (EI2/L) of the clamps; `attrs`
     has the units by column, and model, scene and options.
 
     Raises
@@ -90,7 +101,11 @@ def motion_frame(history: History) -> Any:
     ImportError
         If pandas is not installed; says how to install it.
     """
-    return _frame(history, _motion(history))
+    columns = _motion(history)
+    for name, values in _reactions(history).items():
+        for (j, clamp), (k, axis) in product(enumerate(_CLAMPS), enumerate(_AXES)):
+            columns[f"{name}_{clamp}_{axis}"] = values[:, j, k]
+    return _frame(history, columns)
 
 
 def branch_frame(branch: Branch) -> Any:
@@ -162,6 +177,8 @@ def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shap
         return dims, values, {"long_name": _COLUMNS[name][0], "units": _unit(name, result)}
 
     def dims(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:
+        if name in ("force", "moment"):
+            return along, "clamp", "axis"
         # what a model has between its nodes, or of other lengths, has dimensions of its own
         inner = ["node" if size == nodes else f"{name}_{k}" for k, size in enumerate(shape[1:2], 1)]
         inner += ["axis" if size == 3 else f"{name}_{k}" for k, size in enumerate(shape[2:3], 2)]
@@ -177,7 +194,9 @@ def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shap
         coordinates[along] = described(along, (along,), columns[along])
     if shapes:
         coordinates["s"] = described("s", ("node",), np.array(result.arclength))
-        coordinates["axis"] = ["x", "y", "z"]
+        coordinates["axis"] = list(_AXES)
+    if "force" in shapes:
+        coordinates["clamp"] = list(_CLAMPS)
     return xarray.Dataset(variables, coordinates, _about(result))
 
 
@@ -186,16 +205,17 @@ def motion_dataset(history: History) -> Any:
 
     Returns
     -------
-    Variables angle, height, slope, load, velocity and the energies, (time,), and the configurations, of which
-    positions are (time, node, axis) in L; coordinates time (s), s (node,) in L, axis. Each has its
-    `units`; the set has model, scene and options.
+    Variables angle, height, slope, load, velocity and the energies, (time,); force (EI2/L^2) and moment
+    (EI2/L) of the clamps on the ribbon, (time, clamp, axis); and the configurations, of which positions are
+    (time, node, axis) in L; coordinates time (s), s (node,) in L, axis, clamp. Each has its `units`; the
+    set has model, scene and options.
 
     Raises
     ------
     ImportError
         If xarray is not installed; says how to install it.
     """
-    return _dataset(history, "time", _motion(history), dict(history.configurations))
+    return _dataset(history, "time", _motion(history), _reactions(history) | dict(history.configurations))
 
 
 def branch_dataset(branch: Branch) -> Any:

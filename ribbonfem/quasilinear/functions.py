@@ -248,7 +248,12 @@ def simulate(
     )
     options = options_given(**problem.options, tolerance=control.tolerance)
     return moved.as_history(
-        scene, options, model="quasilinear", arclength=problem.arclength, length=problem.scale
+        scene,
+        options,
+        model="quasilinear",
+        arclength=problem.arclength,
+        length=problem.scale,
+        initial=initial,
     )
 
 

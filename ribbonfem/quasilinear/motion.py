@@ -6,8 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from ribbonfem.ends.planar_kernels import PLACES
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels import KINK, Ramp, Scheme
+from ribbonfem.stepping.kernels import KINK, STEPS, Ramp, Scheme
 
 from .kernels import beam, loop
 from .mesh import ENDS, mesh_of
@@ -91,4 +92,8 @@ class Motion:
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""
+        if self.clock[STEPS] == 0.0:
+            # (of the first row, which is of no stage)
+            controls = ramp.ends.fixed + ramp.ends.reached[0] * ramp.ends.moved
+            self.model.scratch.controls[:, 0] = controls[list(PLACES)]
         return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))

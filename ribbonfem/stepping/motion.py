@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem.frozen import freeze
-from ribbonfem.results import Array, History, SolverError, told
-from ribbonfem.rows import Rows
+from ribbonfem.results import Array, History, RestState, SolverError, told
+from ribbonfem.rows import Rows, reactions_in
 from ribbonfem.scene import Scene
+
+from .kernels import KEPT, REACTIONS
 
 ENERGIES = ("kinetic", "elastic", "potential", "dissipated", "work")
 
@@ -43,8 +45,11 @@ class Motion:
         model: str,
         arclength: Array,
         length: float = 1.0,
+        initial: RestState | History | None = None,
     ) -> History:
         """The motion in the units of `History`; `length` is the beam's own unit of height, in L.
+
+        `initial` is what it began with, if not the scene's start.
 
         Raises
         ------
@@ -54,13 +59,14 @@ class Motion:
         second = scene.ribbon.inertial_time
         units = (second, 1.0, length, *(length**2,) * 5, 1.0, math.nan if self.rings else length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
+        reactions = reactions_in(taken[0], REACTIONS, initial)
         whole, *shapes = map(freeze, taken)
-        time, angle, height, *energies, load, velocity, _, slope = whole.T
+        time, angle, height, *energies, load, velocity = whole.T[:KEPT]
         history = History(
             time=time,
             control=angle,
             height=height,
-            slope=slope,
+            slope=whole[:, -1],
             energies=dict(zip(ENERGIES, energies, strict=True)),
             configurations=dict(zip(("positions", "curvature"), shapes, strict=False)),
             load=load,
@@ -72,6 +78,7 @@ class Motion:
             model=model,
             steps=freeze(steps),
             resume=self.resume,
+            reactions=reactions,
         )
         if self.problem:
             where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"

@@ -1,4 +1,4 @@
-"""Energies of a state of the elastica, its mean axial force, and the power of its controls."""
+"""Energies of a state of the elastica, its mean axial force, its reactions, and the power of its controls."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, lane, load, spread, summed
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .beam import FORCE, Beam, P, Z
 from .law import moment_of, stretch_of
@@ -66,6 +67,35 @@ def clamp_moment(beam: Beam, u: Array, group: int, place: int, i: int) -> float:
 
 
 @compiled(**OPTIONS)
+def clamp_force(
+    beam: Beam, u: Array, group: int, place: int, i: int, controls: Array, nu: float
+) -> tuple[float, float]:
+    """The force (EI2/L^2) along x and z of a clamp, with inertia and weight of what it holds: node i."""
+    mass = beam.mass[i]
+    x, z = -mass * beam.weight[0], -mass * beam.weight[1]
+    if i == P:
+        x -= mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1])
+        z += mass * (controls[LIFT, 2] + nu * controls[LIFT, 1])
+    for k in range(P):
+        x += beam.coupling[k, i] * u[group, FORCE + 2 * k, place]
+        z += beam.coupling[k, i] * u[group, FORCE + 2 * k + 1, place]
+    return x, z
+
+
+@compiled(**OPTIONS)
+def put_reactions(beam: Beam, u: Array, controls: Array, nu: float, row: Array) -> None:
+    """Put force and moment of both clamps into a row (`History.reactions`)."""
+    for clamp in range(2):
+        element, i, at = clamp * (beam.elements - 1), clamp * P, REACTIONS + 6 * clamp
+        group, place = element // WIDTH, element % WIDTH
+        for c in range(6):
+            row[at + c] = 0.0
+        row[at], row[at + 2] = clamp_force(beam, u, group, place, i, controls, nu)
+        # (phi turns about -y)
+        row[at + 4] = -clamp_moment(beam, u, group, place, i)
+
+
+@compiled(**OPTIONS)
 def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
     """Power of the controls: moments of both clamps, the force of the right one, the push at midspan."""
     total = 0.0
@@ -77,13 +107,7 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
     if controls[RIGHT, 1] != 0.0:
         total += controls[RIGHT, 1] * clamp_moment(beam, u, group, place, P)
     if controls[COMPRESSION, 1] != 0.0 or controls[LIFT, 1] != 0.0:
-        # with the inertia and the weight of the node that it holds
-        mass = beam.mass[P]
-        x = -mass * (controls[COMPRESSION, 2] + nu * controls[COMPRESSION, 1] + beam.weight[0])
-        z = mass * (controls[LIFT, 2] + nu * controls[LIFT, 1] - beam.weight[1])
-        for k in range(P):
-            x += beam.coupling[k, P] * u[group, FORCE + 2 * k, place]
-            z += beam.coupling[k, P] * u[group, FORCE + 2 * k + 1, place]
+        x, z = clamp_force(beam, u, group, place, P, controls, nu)
         total += controls[LIFT, 1] * z - controls[COMPRESSION, 1] * x
     if controls[PUSH, 0] != 0.0:
         speed = spread(0.0)

@@ -8,10 +8,11 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.jit.simd import WIDTH, load, spread, store, summed
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import HEIGHT, VELOCITY
+from ribbonfem.stepping.kernels.arrays import HEIGHT, KEPT, VELOCITY
 
 from .arrays import Moving
 from .beam import PHI, P, Z
+from .energies import put_reactions
 
 
 @compiled(**OPTIONS)
@@ -36,8 +37,8 @@ def _record_shape(model: Moving, row: int) -> None:
 
 
 @compiled(**OPTIONS)
-def record(model: Moving, rows: Array, row: int) -> None:
-    """Height and velocity at midspan, and the shape."""
+def record(model: Moving, nu: float, rows: Array, row: int) -> None:
+    """Height and velocity at midspan, and the shape; of rows that are kept reactions."""
     y, beam = model.motion, model.beam
     height = velocity = angle = spread(0.0)
     for group in range(y.u.shape[0]):
@@ -49,3 +50,5 @@ def record(model: Moving, rows: Array, row: int) -> None:
     rows[row, HEIGHT], rows[row, VELOCITY] = summed(height), summed(velocity)
     model.row_slope[row] = math.sin(summed(angle))
     _record_shape(model, row)
+    if rows[row, KEPT] > 0.0:
+        put_reactions(beam, y.u, model.scratch.controls, nu, rows[row])

@@ -1,11 +1,12 @@
-"""What the rows of a motion tell of a Kirchhoff rod: its energies, and the power of its controls."""
+"""What the rows of a motion tell of a Kirchhoff rod: energies, reactions, the power of its controls."""
 
 from __future__ import annotations
 
-from ribbonfem.ends.kernels import PUSH, SPEED, SPIN
+from ribbonfem.ends.kernels import CHANGE, PUSH, SPEED, SPIN, SPIN_RATE
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .batch import INLINED, OPTIONS, collect, force_at
 from .gauss_point import Vector, bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
@@ -73,22 +74,46 @@ def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
 
 
 @compiled(**OPTIONS)
-def clamp_force(rod: Rod, n: Array) -> Vector:
-    """Force (EI2/L^2) of the right clamp on the ribbon."""
+def clamp_force(rod: Rod, n: Array, e: int, i: int) -> Vector:
+    """Force (EI2/L^2) of a clamp on the ribbon, without the inertia of what it holds: node i of element e."""
     x = y = z = 0.0
-    e = rod.weights.shape[0] - 1
     group, place = e // WIDTH, e % WIDTH
     for k in range(P):
-        coupling = rod.coupling[e, k, P]
+        coupling = rod.coupling[e, k, i]
         x += coupling * n[group, k, 0, place]
         y += coupling * n[group, k, 1, place]
         z += coupling * n[group, k, 2, place]
-    last = e * P + P
+    node = e * P + i
     return (
-        x - rod.inertia[last, 0] * rod.weight[0],
-        y - rod.inertia[last, 1] * rod.weight[1],
-        z - rod.inertia[last, 2] * rod.weight[2],
+        x - rod.inertia[node, 0] * rod.weight[0],
+        y - rod.inertia[node, 1] * rod.weight[1],
+        z - rod.inertia[node, 2] * rod.weight[2],
     )
+
+
+@compiled(**OPTIONS)
+def put_reactions(rod: Rod, g: Array, n: Array, pose: Array, nu: float, row: Array) -> None:
+    """Put force and moment of both clamps into a row, in the fixed frame, with the inertia of their nodes."""
+    last = rod.weights.shape[0] - 1
+    for clamp in range(2):
+        e, i, spin = clamp * last, clamp * P, SPIN + 3 * clamp
+        node, at = e * P + i, REACTIONS + 6 * clamp
+        x, y, z = clamp_force(rod, n, e, i)
+        row[at], row[at + 1], row[at + 2] = x, y, z
+        if clamp == 1:
+            for c in range(3):
+                row[at + c] += rod.inertia[node, c] * (pose[CHANGE + c] + nu * pose[SPEED + c])
+        a, b, c = clamp_moment(rod, g, n, e, i)
+        turning = rod.inertia[node, 3] * pose[spin]
+        a += rod.inertia[node, 3] * pose[SPIN_RATE + 3 * clamp] + nu * turning
+        if rod.gyroscopic:
+            b, c = b + turning * pose[spin + 2], c - turning * pose[spin + 1]
+        q, x, y, z = g[node, 0], g[node, 1], g[node, 2], g[node, 3]
+        # v + 2 q (u x v) + 2 u x (u x v)
+        d, e1, f = y * c - z * b, z * a - x * c, x * b - y * a
+        row[at + 3] = a + 2.0 * (q * d + y * f - z * e1)
+        row[at + 4] = b + 2.0 * (q * e1 + z * d - x * f)
+        row[at + 5] = c + 2.0 * (q * f + x * e1 - y * d)
 
 
 @compiled(**OPTIONS)
@@ -107,6 +132,6 @@ def power(rod: Rod, g: Array, n: Array, v: Array, pose: Array) -> float:
         moment = clamp_moment(rod, g, n, rod.weights.shape[0] - 1, P)
         total += moment[0] * pose[SPIN + 3] + moment[1] * pose[SPIN + 4] + moment[2] * pose[SPIN + 5]
     if _moves(pose, SPEED):
-        force = clamp_force(rod, n)
+        force = clamp_force(rod, n, rod.weights.shape[0] - 1, P)
         total += force[0] * pose[SPEED] + force[1] * pose[SPEED + 1] + force[2] * pose[SPEED + 2]
     return total

@@ -33,7 +33,7 @@ from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
 from .batch import OPTIONS, WIDTH
 from .consistent_initialisation import project, tangents
-from .energies import elastic_energy, potential_energy, power
+from .energies import elastic_energy, potential_energy, power, put_reactions
 from .law import keep_strains, know_strains, viscous_loss
 from .newton import guess, newton, remember
 from .rod import P, Rod
@@ -334,15 +334,18 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
 
 
 @compiled(**OPTIONS)
-def _record(model: Moving, rows: Array, row: int) -> None:
-    """Height, slope and velocity, and configurations if there is room for them."""
+def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
+    """Height, slope and velocity; of rows that are kept reactions, and configurations if there is room."""
     rod, y = model.rod, model.motion
     w, x, z, u = y.g[rod.middle, 0], y.g[rod.middle, 1], y.g[rod.middle, 2], y.g[rod.middle, 3]
     rows[row, HEIGHT] = y.x[rod.middle, 2]
     rows[row, SLOPE] = 2.0 * (x * u - w * z)
     rows[row, VELOCITY] = y.v[rod.middle, 2]
+    if rows[row, KEPT] == 0.0:
+        return
+    put_reactions(rod, y.g, y.n, model.scratch.pose, nu, rows[row])
     place = int(y.clock[PLACES])
-    if rows[row, KEPT] > 0.0 and place < model.row_x.shape[0]:
+    if place < model.row_x.shape[0]:
         y.clock[PLACES] += 1.0
         for i in range(y.g.shape[0]):
             w, x, z, u = y.g[i, 0], y.g[i, 1], y.g[i, 2], y.g[i, 3]

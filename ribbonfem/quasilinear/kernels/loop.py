@@ -10,7 +10,9 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     HEIGHT,
+    KEPT,
     PHASE,
+    REACTIONS,
     TIME,
     VELOCITY,
     Measures,
@@ -190,6 +192,18 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
 
 
 @compiled(**OPTIONS)
+def _held(model: Moving, c: int, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float) -> float:
+    """What holds dof c of the ends, in units of the beam's own."""
+    beam, n, push = model.beam, z.shape[0], model.scratch.controls[PUSH, 0] / model.beam.scale
+    held: float = at_end(beam.stiffness, c, z, ends[0]) - load * at_end(beam.tension, c, z, ends[0])
+    held += at_end(beam.mass, c, a, ends[2]) + nu * at_end(beam.mass, c, v, ends[1])
+    held += push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
+    if beam.retardation > 0.0:
+        held += beam.retardation * at_end(beam.stiffness, c, v, ends[1])
+    return held
+
+
+@compiled(**OPTIONS)
 def _flowing(
     model: Moving, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float
 ) -> tuple[float, float, float]:
@@ -202,12 +216,7 @@ def _flowing(
         power -= push * (dot(beam.middle[:n], v) + dot(beam.middle[n:], ends[1]))
     for c in range(1, ENDS):
         if ends[1, c] != 0.0:
-            held = at_end(beam.stiffness, c, z, ends[0]) - load * at_end(beam.tension, c, z, ends[0])
-            held += at_end(beam.mass, c, a, ends[2]) + nu * at_end(beam.mass, c, v, ends[1])
-            held += push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
-            if tau > 0.0:
-                held += tau * at_end(beam.stiffness, c, v, ends[1])
-            power += ends[1, c] * held
+            power += ends[1, c] * _held(model, c, z, v, a, load, ends, nu)
     kinetic = 0.5 * square(beam.mass, v, ends[1], t.more)
     lost = 2.0 * nu * kinetic
     if tau > 0.0:
@@ -238,8 +247,8 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
 
 
 @compiled(**OPTIONS)
-def _record(model: Moving, rows: Array, row: int) -> None:
-    """Height and velocity at midspan, and the dofs."""
+def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
+    """Height and velocity at midspan, and the dofs; of rows that are kept reactions."""
     y, middle = model.motion, model.beam.middle
     n = y.z.shape[0]
     height, velocity = dot(middle[:n], y.z), dot(middle[:n], y.v)
@@ -250,6 +259,15 @@ def _record(model: Moving, rows: Array, row: int) -> None:
         velocity += middle[n + c] * y.ends[1, c]
         model.row_z[row, n + c] = y.ends[0, c]
     rows[row, HEIGHT], rows[row, VELOCITY] = height, velocity
+    if rows[row, KEPT] == 0.0:
+        return
+    for c in range(12):
+        rows[row, REACTIONS + c] = 0.0
+    rows[row, REACTIONS], rows[row, REACTIONS + 6] = y.load[0], -y.load[0]
+    for c in range(ENDS):
+        held = model.beam.scale * _held(model, c, y.z, y.v, y.a, y.load[0], y.ends, nu)
+        # force along z; moment about y, which turns slopes down
+        rows[row, REACTIONS + 6 * (c // 2) + 2 * (1 + c % 2)] = held if c % 2 == 0 else -held
 
 
 _loop = loop_of(

@@ -23,10 +23,10 @@ REJECTED, ROWS, POWER, LOSING, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EX
 PLACES, GAINED, SPUN = 20, 21, 22
 CLOCK_SIZE = 23
 # columns of `rows`; a model may have columns of its own behind
-HEIGHT, KINETIC, LOAD, VELOCITY, KEPT = 2, 3, 8, 9, 10
+HEIGHT, KINETIC, LOAD, VELOCITY, KEPT, REACTIONS = 2, 3, 8, 9, 10, 11
 # time, control, height, kinetic, elastic, potential, dissipated, work, load, d(height)/d(time), whether it is
-# kept
-ROW_SIZE = 11
+# kept; of rows that are, force and moment of the left and of the right clamp (`History.reactions`)
+ROW_SIZE = 23
 
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
@@ -101,4 +101,6 @@ class ModelFunctions(NamedTuple):
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
     measure: Callable[..., Any]  # (model, nu, solved): `Measures`, of stage or instant
-    record: Callable[..., Any]  # (model, rows, row): height and columns of its own, configurations
+    record: Callable[
+        ..., Any
+    ]  # (model, nu, rows, row): height, reactions, columns of its own, configurations

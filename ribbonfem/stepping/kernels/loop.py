@@ -165,7 +165,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     # the row is of the instant before the jump
                     measured = measure(model, nu, False)
                     rows[0, KEPT] = 1.0
-                    record(model, rows, 0)
+                    record(model, nu, rows, 0)
                     _write(clock, rows, 0, reached, measured)
                     above = rows[0, HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * reached)
                     counts = abs(above) > ramp.departed and clock[TIME] >= ramp.since
@@ -284,7 +284,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             last_row = done or clock[AFTER] > 0.0 or (_held(ramp, clock) and total < ramp.barrier)
             kept = last_row or clock[SINCE] >= ramp.every
             rows[row, KEPT] = 1.0 if kept else 0.0
-            record(model, rows, row)
+            record(model, nu, rows, row)
             _write(clock, rows, row, reached, measured)
             status = _watch(ramp, clock, reached, rows[row, HEIGHT], total)
             if status != FULL:
