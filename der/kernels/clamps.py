@@ -15,10 +15,11 @@ from ribbonfem.ends.kernels import (
     TWIST_RIGHT,
     control_at,
 )
+from ribbonfem.jit.algebra import cross, mix, triple
 from ribbonfem.jit.decorator import compiled
 
 from .arrays import CONTROL, PUSH, TIME
-from .frames import OPTIONS, cross, mix, triple
+from .frames import OPTIONS
 
 
 @compiled(**OPTIONS)

@@ -25,9 +25,10 @@ stiffness counts 1 + r pace times in what is the product of two first derivative
 
 from __future__ import annotations
 
+from ribbonfem.jit.algebra import cross, dot, mix, scaled, triple
 from ribbonfem.jit.decorator import compiled
 
-from .frames import OPTIONS, cross, dot, mix, triple
+from .frames import OPTIONS
 
 
 @compiled(**OPTIONS)
@@ -76,8 +77,7 @@ def assemble(
         # (1) curvatures
         chi = 1.0 + dot(te, tf)
         ix = 1.0 / chi
-        kb = cross(te, tf)
-        kb = (2.0 * ix * kb[0], 2.0 * ix * kb[1], 2.0 * ix * kb[2])
+        kb = scaled(2.0 * ix, cross(te, tf))
         tt = mix(te, ix, tf, ix)
         n1 = mix(m1e, ix, m1f, ix)
         n2 = mix(m2e, ix, m2f, ix)
@@ -93,18 +93,8 @@ def assemble(
         # (3), (4) first derivatives
         p1, p2 = cross(tf, n1), cross(tf, n2)
         q1, q2 = cross(te, n1), cross(te, n2)
-        g1e = (ie * (p1[0] - kappa_1 * tt[0]), ie * (p1[1] - kappa_1 * tt[1]), ie * (p1[2] - kappa_1 * tt[2]))
-        g2e = (ie * (p2[0] - kappa_2 * tt[0]), ie * (p2[1] - kappa_2 * tt[1]), ie * (p2[2] - kappa_2 * tt[2]))
-        g1f = (
-            -i_f * (q1[0] + kappa_1 * tt[0]),
-            -i_f * (q1[1] + kappa_1 * tt[1]),
-            -i_f * (q1[2] + kappa_1 * tt[2]),
-        )
-        g2f = (
-            -i_f * (q2[0] + kappa_2 * tt[0]),
-            -i_f * (q2[1] + kappa_2 * tt[1]),
-            -i_f * (q2[2] + kappa_2 * tt[2]),
-        )
+        g1e, g2e = scaled(ie, mix(p1, 1.0, tt, -kappa_1)), scaled(ie, mix(p2, 1.0, tt, -kappa_2))
+        g1f, g2f = scaled(-i_f, mix(q1, 1.0, tt, kappa_1)), scaled(-i_f, mix(q2, 1.0, tt, kappa_2))
         k1e, k2e = 0.5 * dot(kb, m2e), -0.5 * dot(kb, m1e)
         k1f, k2f = 0.5 * dot(kb, m2f), -0.5 * dot(kb, m1f)
 
@@ -146,10 +136,8 @@ def assemble(
             z = mix(mix(de_, ix, df_, ix), -1.0, tt, 0.5 * at)
             kv = mix(kb, 0.25 * stiff_t, tt, -0.25 * at)
             ee, ef, ff = ie * ie, ie * i_f, i_f * i_f
-            b1e = (stiff_1 * g1e[0], stiff_1 * g1e[1], stiff_1 * g1e[2])
-            b2e = (stiff_2 * g2e[0], stiff_2 * g2e[1], stiff_2 * g2e[2])
-            b1f = (stiff_1 * g1f[0], stiff_1 * g1f[1], stiff_1 * g1f[2])
-            b2f = (stiff_2 * g2f[0], stiff_2 * g2f[1], stiff_2 * g2f[2])
+            b1e, b2e = scaled(stiff_1, g1e), scaled(stiff_2, g2e)
+            b1f, b2f = scaled(stiff_1, g1f), scaled(stiff_2, g2f)
             skew = ((0.0, -z[2], z[1]), (z[2], 0.0, -z[0]), (-z[1], z[0], 0.0))
             for r in range(3):
                 for s in range(3):
@@ -247,7 +235,7 @@ def resist(tangent, inverse, m1, twist, stiffness, rest, stretch, velocity, reta
         m2f = cross(tf, m1f)
         # (1)
         ix = 1.0 / (1.0 + dot(te, tf))
-        kb = mix(cross(te, tf), 2.0 * ix, te, 0.0)
+        kb = scaled(2.0 * ix, cross(te, tf))
         tt = mix(te, ix, tf, ix)
         n1, n2 = mix(m1e, ix, m1f, ix), mix(m2e, ix, m2f, ix)
         kappa_1, kappa_2 = 0.5 * dot(kb, n1) / ix, 0.5 * dot(kb, n2) / ix

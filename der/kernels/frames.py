@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ribbonfem.jit.algebra import cross, dot, mix, put_triple, scaled, triple
 from ribbonfem.jit.decorator import compiled
 
 # of all kernels of the rods
@@ -14,41 +15,13 @@ INLINED: dict[str, Any] = {**OPTIONS, "inline": True}
 
 
 @compiled(**OPTIONS)
-def cross(a, b):
-    """a x b, of triples."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-@compiled(**OPTIONS)
-def dot(a, b):
-    """a . b, of triples."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@compiled(**OPTIONS)
-def mix(a, p, b, q):
-    """p a + q b."""
-    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
-
-
-@compiled(**OPTIONS)
-def triple(array, i):
-    """Row i of an array."""
-    return (array[i, 0], array[i, 1], array[i, 2])
-
-
-@compiled(**OPTIONS)
 def edges(x, tangent, inverse):
     """Unit tangents (N - 1, 3) and inverse lengths (N - 1,) of the edges."""
     for i in range(tangent.shape[0]):
         e = mix(triple(x, i + 1), 1.0, triple(x, i), -1.0)
         length = 1.0 / math.sqrt(dot(e, e))
         inverse[i] = length
-        tangent[i, 0], tangent[i, 1], tangent[i, 2] = e[0] * length, e[1] * length, e[2] * length
+        put_triple(scaled(length, e), tangent, i)
 
 
 @compiled(**OPTIONS)
@@ -107,7 +80,7 @@ def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
         m = _turned(m, new, turn[i])
         # back onto the normal plane and to unit length: a Newton step, since it is off by rounding
         m = mix(m, 1.0, new, -dot(m, new))
-        m = mix(m, 1.5 - 0.5 * dot(m, m), m, 0.0)
+        m = scaled(1.5 - 0.5 * dot(m, m), m)
         if i > 0:
             # m1 of the edge before, transported in space onto this edge
             both = mix(before, 1.0, new, 1.0)
@@ -117,5 +90,5 @@ def carry(tangent_old, m1_old, twist_old, tangent, turn, m1, twist):
             if abs(off) > math.pi:
                 angle += 2.0 * math.pi * round(off / (2.0 * math.pi))
             twist[i] = angle
-        m1[i, 0], m1[i, 1], m1[i, 2] = m
+        put_triple(m, m1, i)
         before, director = new, m

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ribbonfem.ends.kernels import LIFT, control_at
+from ribbonfem.jit.algebra import dot, mix, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
@@ -53,7 +54,7 @@ from .arrays import (
 )
 from .band import FIRST
 from .clamps import put_reactions
-from .frames import OPTIONS, dot, edges, mix, triple
+from .frames import OPTIONS, edges
 from .steps import attempt, largest_move, sum_up
 
 

@@ -171,7 +171,11 @@ def solved(
     x, end = np.zeros(factors.shape[0]), np.empty(k)
     rest, over = np.zeros(factors.shape[0]), np.empty(k)
     for c in range(right.shape[1]):
-        x[:n], end[:] = right[:n, c], right[n:, c]
+        # (entry by entry: what assigns slices takes longer to compile than all the rest)
+        for i in range(n):
+            x[i] = right[i, c]
+        for r in range(k):
+            end[r] = right[n + r, c]
         solve_arrow(factors, rows, last, x, end)
         if refined:
             multiply_arrow(band, border, corner, x, end, rest, over)
@@ -184,7 +188,10 @@ def solved(
                 x[i] += rest[i]
             for r in range(k):
                 end[r] += over[r]
-        out[:n, c], out[n:, c] = x[:n], end
+        for i in range(n):
+            out[i, c] = x[i]
+        for r in range(k):
+            out[n + r, c] = end[r]
     return out
 
 

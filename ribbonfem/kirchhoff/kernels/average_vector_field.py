@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from ribbonfem.ends.kernels import PUSH
+from ribbonfem.jit.algebra import Vector, dot
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -25,7 +26,7 @@ from ribbonfem.stepping.kernels.guess import MEMORY
 from .arrays import KNOWN, POINTS, SIGMA, Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .condensed import solve
-from .gauss_point import Vector, bend, dot, interpolated_fours, tangent_of
+from .gauss_point import bend, interpolated_fours, tangent_of
 from .law import offset_at
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia

@@ -16,15 +16,31 @@ from ribbonfem.ends.kernels import (
     TWIST_RIGHT,
     Ends,
 )
+from ribbonfem.jit.algebra import (
+    Quaternion,
+    Value,
+    Vector,
+    along_i,
+    by_vector,
+    carried,
+    dot,
+    dot4,
+    mix,
+    mix4,
+    put_triple,
+    quaternion,
+    scaled,
+    triple,
+)
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
 
 from .arrays import SIGMA, Motion, Scratch
-from .batch import OPTIONS, WIDTH
+from .batch import INLINED, OPTIONS, WIDTH
 from .condensed import factorise, solve
-from .gauss_point import body, dot, interpolated, tangent_of
+from .gauss_point import body, interpolated, pulled, tangent_of, tangent_rate
 from .law import know_rates, put_strain_rates, put_strains
 from .residual import residual
 from .rod import P, Rod, Solver
@@ -35,10 +51,44 @@ from .tangent import STIFF, fill
 def tangents(g: Array, tangent: Array) -> None:
     """Unit tangents (nodes, 3) of the frames."""
     for i in range(g.shape[0]):
-        w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
-        tangent[i, 0] = w * w + x * x - y * y - z * z
-        tangent[i, 1] = 2.0 * (x * y + w * z)
-        tangent[i, 2] = 2.0 * (x * z - w * y)
+        q = quaternion(g, i)
+        put_triple(along_i(q, q), tangent, i)
+
+
+@compiled(**INLINED)
+def _frame_rates(
+    rod: Rod, e: int, k: int, g: Array, spin: Array, turning: Array
+) -> tuple[Quaternion, Quaternion, Quaternion]:
+    """Rates of the interpolated quaternion at a Gauss point of an element.
+
+    By `spin` (nodes, 3), g spin / 2 of each node, by `turning`, and by turning twice, -|turning|^2 g / 4.
+    """
+    d = u = w = (0.0, 0.0, 0.0, 0.0)
+    for i in range(P + 1):
+        node, value = e * P + i, rod.value[k, i]
+        q, turn = quaternion(g, node), triple(turning, node)
+        d = mix4(d, 1.0, by_vector(q, triple(spin, node)), 0.5 * value)
+        u = mix4(u, 1.0, by_vector(q, turn), 0.5 * value)
+        w = mix4(w, 1.0, q, -0.25 * value * dot(turn, turn))
+    return d, u, w
+
+
+@compiled(**INLINED)
+def _curved(inverse: Value, q: Quaternion, t: Vector, u: Quaternion, w: Quaternion, change: Vector) -> Vector:
+    """Second rate of t = q i q* / |q|^2 where q has the rates u and w; `change` is the first."""
+    factor = 2.0 * inverse
+    longer = factor * (dot4(u, u) + dot4(q, w))
+    second = mix(along_i(u, u), factor, along_i(q, w), factor)
+    return mix(mix(second, 1.0, t, -longer), 1.0, change, -2.0 * factor * dot4(q, u))
+
+
+@compiled(**INLINED)
+def _stretching(rod: Rod, e: int, k: int, v: Array, t: Vector) -> Value:
+    """t.v', of velocities v (nodes, 4)."""
+    total = 0.0
+    for i in range(P + 1):
+        total += rod.slope[e, k, i] * dot(triple(v, e * P + i), t)
+    return total
 
 
 @compiled(**OPTIONS)
@@ -80,103 +130,47 @@ def _impulse_residual(
         group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
             q, _ = interpolated(rod.value, rod.slope, e, k, g, P)
+            d, u, w = _frame_rates(rod, e, k, g, t.spin, t.turning)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
+            impulse = t.n[group, k, 0, lane], t.n[group, k, 1, lane], t.n[group, k, 2, lane]
             inverse, tangent = tangent_of(q)
-            pull = dot(force, tangent)
             weight = rod.weights[e, k]
-            stretch = 1.0 + rod.compliance[0] * pull
+            stretch = 1.0 + rod.compliance[0] * dot(force, tangent)
             if rod.retardation > 0.0:
                 stretch = 1.0 + m.strain[group, k, 3, lane]
-            # rates of the interpolated quaternion, by t.spin, and by t.turning alone twice
-            d0 = d1 = d2 = d3 = 0.0
-            u0 = u1 = u2 = u3 = w0 = w1 = w2 = w3 = 0.0
-            for i in range(P + 1):
-                node = e * P + i
-                w, x, y, z = g[node, 0], g[node, 1], g[node, 2], g[node, 3]
-                value = 0.5 * rod.value[k, i]
-                a, b, c = t.spin[node, 0], t.spin[node, 1], t.spin[node, 2]
-                d0 -= value * (x * a + y * b + z * c)
-                d1 += value * (w * a + y * c - z * b)
-                d2 += value * (w * b + z * a - x * c)
-                d3 += value * (w * c + x * b - y * a)
-                if second:
-                    a, b, c = t.turning[node, 0], t.turning[node, 1], t.turning[node, 2]
-                    u0 -= value * (x * a + y * b + z * c)
-                    u1 += value * (w * a + y * c - z * b)
-                    u2 += value * (w * b + z * a - x * c)
-                    u3 += value * (w * c + x * b - y * a)
-                    square = 0.5 * value * (a * a + b * b + c * c)
-                    w0 -= square * w
-                    w1 -= square * x
-                    w2 -= square * y
-                    w3 -= square * z
-            q0, q1, q2, q3 = q
-            tx, ty, tz = tangent
-            # derivative of t along d
-            along = 2.0 * inverse * (q0 * d0 + q1 * d1 + q2 * d2 + q3 * d3)
-            rx = 2.0 * inverse * (q0 * d0 + q1 * d1 - q2 * d2 - q3 * d3) - along * tx
-            ry = 2.0 * inverse * (q1 * d2 + d1 * q2 + q0 * d3 + d0 * q3) - along * ty
-            rz = 2.0 * inverse * (q1 * d3 + d1 * q3 - q0 * d2 - d0 * q2) - along * tz
-            hx = hy = hz = longer = 0.0
+            # w t', and of the second rate w t'' + 2 w' t' besides, of rotations twice
+            gap = scaled(stretch, tangent_rate(inverse, q, tangent, d))
             if second:
-                # t along u, and twice: t = U / S with U = q i q*, S = |q|^2
-                along = 2.0 * inverse * (q0 * u0 + q1 * u1 + q2 * u2 + q3 * u3)
-                fx = 2.0 * inverse * (q0 * u0 + q1 * u1 - q2 * u2 - q3 * u3) - along * tx
-                fy = 2.0 * inverse * (q1 * u2 + u1 * q2 + q0 * u3 + u0 * q3) - along * ty
-                fz = 2.0 * inverse * (q1 * u3 + u1 * q3 - q0 * u2 - u0 * q2) - along * tz
-                curved = 2.0 * inverse * (u0 * u0 + u1 * u1 + u2 * u2 + u3 * u3)
-                curved += 2.0 * inverse * (q0 * w0 + q1 * w1 + q2 * w2 + q3 * w3)
-                hx = 2.0 * inverse * (u0 * u0 + u1 * u1 - u2 * u2 - u3 * u3)
-                hx += 2.0 * inverse * (q0 * w0 + q1 * w1 - q2 * w2 - q3 * w3)
-                hy = 4.0 * inverse * (u1 * u2 + u0 * u3)
-                hy += 2.0 * inverse * (q1 * w2 + w1 * q2 + q0 * w3 + w0 * q3)
-                hz = 4.0 * inverse * (u1 * u3 - u0 * u2)
-                hz += 2.0 * inverse * (q1 * w3 + w1 * q3 - q0 * w2 - w0 * q2)
-                hx -= curved * tx + 2.0 * along * fx
-                hy -= curved * ty + 2.0 * along * fy
-                hz -= curved * tz + 2.0 * along * fz
-                for i in range(P + 1):
-                    node, slope = e * P + i, rod.slope[e, k, i]
-                    longer += slope * (m.v[node, 0] * tx + m.v[node, 1] * ty + m.v[node, 2] * tz)
-                hx = stretch * hx + 2.0 * longer * fx
-                hy = stretch * hy + 2.0 * longer * fy
-                hz = stretch * hz + 2.0 * longer * fz
+                change = tangent_rate(inverse, q, tangent, u)
+                longer = _stretching(rod, e, k, m.v, tangent)
+                again = _curved(inverse, q, tangent, u, w, change)
+                gap = mix(gap, 1.0, mix(again, stretch, change, 2.0 * longer), 1.0)
             held = 0.0
             if axial > 0.0:
                 # the axial force of the stretched rod takes no impulse, and does not jump
-                held = t.n[group, k, 0, lane] * tx + t.n[group, k, 1, lane] * ty + t.n[group, k, 2, lane] * tz
+                held = dot(impulse, tangent)
                 if second:
-                    tension = force[0] * tx + force[1] * ty + force[2] * tz
+                    tension = dot(force, tangent)
                     if rod.retardation > 0.0:
                         # (with its viscous part, which does jump)
                         tension = (stretch - 1.0 - rod.offset[group, k, 3, lane]) / rod.elastic[3]
                     held -= tension
                 held *= weight * axial
-            s.fn[group, k, 0, lane] = -weight * (stretch * rx + hx) - held * tx
-            s.fn[group, k, 1, lane] = -weight * (stretch * ry + hy) - held * ty
-            s.fn[group, k, 2, lane] = -weight * (stretch * rz + hz) - held * tz
+            gap = mix(gap, -weight, tangent, -held)
             for i in range(P + 1):
                 node, coupling = e * P + i, rod.coupling[e, k, i]
-                for c in range(3):
-                    s.fn[group, k, c, lane] += coupling * rates[node, c]
-                    if real and not second:
-                        s.fr[node, c] += coupling * t.n[group, k, c, lane]
+                gap = mix(gap, 1.0, triple(rates, node), coupling)
+                if real and not second:
+                    put_triple(mix(triple(s.fr, node), 1.0, impulse, coupling), s.fr, node)
+            s.fn[group, k, 0, lane], s.fn[group, k, 1, lane], s.fn[group, k, 2, lane] = gap
             if real and not second:
-                # -T^T of the impulse: the derivative of -n.t in q, as in `bend`
-                n0, n1, n2 = t.n[group, k, 0, lane], t.n[group, k, 1, lane], t.n[group, k, 2, lane]
-                v0 = -(n0 * q1 + n1 * q2 + n2 * q3)
-                v1 = n0 * q0 + n1 * q3 - n2 * q2
-                v2 = n1 * q0 + n2 * q1 - n0 * q3
-                v3 = n2 * q0 + n0 * q2 - n1 * q1
-                pull = n0 * tx + n1 * ty + n2 * tz
-                factor = 2.0 * inverse * weight * stretch
-                by_q = pull * q0 - v1, pull * q1 + v0, pull * q2 + v3, pull * q3 - v2
+                # -T^T of the impulse
+                by_q = pulled(inverse, q, tangent, impulse)
                 for i in range(P + 1):
                     node = e * P + i
-                    moment = body((g[node, 0], g[node, 1], g[node, 2], g[node, 3]), by_q)
-                    s.fp[node, 0] += rod.value[k, i] * factor * moment[0]
-                    s.fp[node, 1] += rod.value[k, i] * factor * moment[1]
-                    s.fp[node, 2] += rod.value[k, i] * factor * moment[2]
+                    moment = body(quaternion(g, node), by_q)
+                    share = rod.value[k, i] * weight * stretch
+                    put_triple(mix(triple(s.fp, node), 1.0, moment, share), s.fp, node)
 
 
 @compiled(**OPTIONS)
@@ -184,15 +178,13 @@ def _impulse(s: Solver, ends: Ends, pose: Array) -> float:
     """On the control, of the impulses on both clamps in s: what the control's rate moves of them."""
     last, moved = s.fp.shape[0] - 1, ends.moved
     total = moved[TWIST_LEFT] * s.fp[0, 0] + moved[TWIST_RIGHT] * s.fp[last, 0]
-    # the axes about which the clamps turn, in their bodies
+    # (the clamps turn about an axis of space)
     for side in range(2):
         node, by = last * side, moved[LEFT] if side == 0 else -moved[RIGHT]
         if by != 0.0:
             k = FRAME + 4 * side
-            w, x, y, z = pose[k], pose[k + 1], pose[k + 2], pose[k + 3]
-            total += by * 2.0 * (x * y + w * z) * s.fp[node, 0]
-            total += by * (w * w - x * x + y * y - z * z) * s.fp[node, 1]
-            total += by * 2.0 * (y * z - w * x) * s.fp[node, 2]
+            frame = pose[k], pose[k + 1], pose[k + 2], pose[k + 3]
+            total += by * carried(frame, triple(s.fp, node))[1]
     for c in range(3):
         sign = 1.0 if c == 2 else -1.0
         total += sign * moved[COMPRESSION + c] * s.fr[last, c]
@@ -265,10 +257,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) 
             copy(t.n, m.n)
     tangents(m.g, m.tangent)
     for i in range(nodes):
-        w, x, y, z = m.g[i, 0], m.g[i, 1], m.g[i, 2], m.g[i, 3]
         # t' = w3 m2' - w2 m3', the second and third axis of the body
-        b, c = t.turning[i, 2], -t.turning[i, 1]
-        m.turning[i, 0] = 2.0 * (x * y - w * z) * b + 2.0 * (x * z + w * y) * c
-        m.turning[i, 1] = (w * w - x * x + y * y - z * z) * b + 2.0 * (y * z - w * x) * c
-        m.turning[i, 2] = 2.0 * (y * z + w * x) * b + (w * w - x * x - y * y + z * z) * c
+        turn = 0.0, t.turning[i, 2], -t.turning[i, 1]
+        put_triple(carried(quaternion(m.g, i), turn), m.turning, i)
     return impulse

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from ribbonfem.ends.kernels import CHANGE, PUSH, SPEED, SPIN, SPIN_RATE
+from ribbonfem.jit.algebra import Vector, carried, dot, mix4, quaternion
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import Vector, bend, body, dot, interpolated, interpolated_fours, strains_of, tangent_of
+from .gauss_point import bend, body, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 
@@ -53,7 +54,7 @@ def potential_energy(rod: Rod, x: Array) -> float:
 @compiled(**OPTIONS)
 def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
     """Moment (EI2/L) of a clamp on the ribbon, in its body's axes: node i of element e."""
-    f0 = f1 = f2 = f3 = 0.0
+    f = (0.0, 0.0, 0.0, 0.0)
     group, place = e // WIDTH, e % WIDTH
     for k in range(P):
         q, p = interpolated(rod.value, rod.slope, e, k, g, P)
@@ -67,10 +68,8 @@ def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
             )
         gq, gp, _, _ = bend(rod.stiffness, rod.compliance[0], offset, q, p, force)
         value, slope = rod.weights[e, k] * rod.value[k, i], rod.weights[e, k] * rod.slope[e, k, i]
-        f0, f1 = f0 + value * gq[0] + slope * gp[0], f1 + value * gq[1] + slope * gp[1]
-        f2, f3 = f2 + value * gq[2] + slope * gp[2], f3 + value * gq[3] + slope * gp[3]
-    node = e * P + i
-    return body((g[node, 0], g[node, 1], g[node, 2], g[node, 3]), (f0, f1, f2, f3))
+        f = mix4(f, 1.0, mix4(gq, value, gp, slope), 1.0)
+    return body(quaternion(g, e * P + i), f)
 
 
 @compiled(**OPTIONS)
@@ -108,12 +107,8 @@ def put_reactions(rod: Rod, g: Array, n: Array, pose: Array, nu: float, row: Arr
         a += rod.inertia[node, 3] * pose[SPIN_RATE + 3 * clamp] + nu * turning
         if rod.gyroscopic:
             b, c = b + turning * pose[spin + 2], c - turning * pose[spin + 1]
-        q, x, y, z = g[node, 0], g[node, 1], g[node, 2], g[node, 3]
-        # v + 2 q (u x v) + 2 u x (u x v)
-        d, e1, f = y * c - z * b, z * a - x * c, x * b - y * a
-        row[at + 3] = a + 2.0 * (q * d + y * f - z * e1)
-        row[at + 4] = b + 2.0 * (q * e1 + z * d - x * f)
-        row[at + 5] = c + 2.0 * (q * f + x * e1 - y * d)
+        moment = carried(quaternion(g, node), (a, b, c))
+        row[at + 3], row[at + 4], row[at + 5] = moment
 
 
 @compiled(**OPTIONS)
@@ -127,11 +122,11 @@ def power(rod: Rod, g: Array, n: Array, v: Array, pose: Array) -> float:
     total = -pose[PUSH] * v[rod.middle, 2]
     if _moves(pose, SPIN):
         moment = clamp_moment(rod, g, n, 0, 0)
-        total += moment[0] * pose[SPIN] + moment[1] * pose[SPIN + 1] + moment[2] * pose[SPIN + 2]
+        total += dot(moment, (pose[SPIN], pose[SPIN + 1], pose[SPIN + 2]))
     if _moves(pose, SPIN + 3):
         moment = clamp_moment(rod, g, n, rod.weights.shape[0] - 1, P)
-        total += moment[0] * pose[SPIN + 3] + moment[1] * pose[SPIN + 4] + moment[2] * pose[SPIN + 5]
+        total += dot(moment, (pose[SPIN + 3], pose[SPIN + 4], pose[SPIN + 5]))
     if _moves(pose, SPEED):
         force = clamp_force(rod, n, rod.weights.shape[0] - 1, P)
-        total += force[0] * pose[SPEED] + force[1] * pose[SPEED + 1] + force[2] * pose[SPEED + 2]
+        total += dot(force, (pose[SPEED], pose[SPEED + 1], pose[SPEED + 2]))
     return total

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ribbonfem.jit.algebra import by_vector, dot, dot4, quaternion, scaled, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -17,7 +18,7 @@ from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
 
 from .arrays import Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import Offset, dot, interpolated, interpolated_fours, strains_of, tangent_of
+from .gauss_point import Offset, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 Value = Any
@@ -57,10 +58,8 @@ def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, ra
     dg (nodes, 4) is overwritten by the rates of the frames, g turning / 2.
     """
     for i in range(g.shape[0]):
-        w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
-        a, b, c = 0.5 * turning[i, 0], 0.5 * turning[i, 1], 0.5 * turning[i, 2]
-        dg[i, 0], dg[i, 1] = -x * a - y * b - z * c, w * a + y * c - z * b
-        dg[i, 2], dg[i, 3] = w * b + z * a - x * c, w * c + x * b - y * a
+        half = scaled(0.5, triple(turning, i))
+        dg[i, 0], dg[i, 1], dg[i, 2], dg[i, 3] = by_vector(quaternion(g, i), half)
     elements = rod.weights.shape[0]
     for place in range(WIDTH * rate.shape[0]):
         e, group, at = min(place, elements - 1), place // WIDTH, place % WIDTH
@@ -70,13 +69,13 @@ def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, ra
             inverse, t = tangent_of(q)
             strain = strains_of(inverse, q, p)
             first, second = strains_of(inverse, dq, p), strains_of(inverse, q, dp)
-            longer = 2.0 * inverse * (q[0] * dq[0] + q[1] * dq[1] + q[2] * dq[2] + q[3] * dq[3])
+            longer = 2.0 * inverse * dot4(q, dq)
             for c in range(3):
                 rate[group, k, c, at] = first[c] + second[c] - strain[c] * longer
             along = 0.0
             for i in range(P + 1):
                 node, slope = e * P + i, rod.slope[e, k, i]
-                along += slope * (v[node, 0] * t[0] + v[node, 1] * t[1] + v[node, 2] * t[2])
+                along += slope * dot(triple(v, node), t)
             rate[group, k, 3, at] = along
 
 

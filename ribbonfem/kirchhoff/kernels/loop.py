@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from ribbonfem.ends.kernels import FRAME, PLACE, PUSH, Ends, pose_at
+from ribbonfem.jit.algebra import along_i, carried, put_triple, quaternion, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -337,9 +338,9 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
 def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
     """Height, slope and velocity; of rows that are kept reactions, and configurations if there is room."""
     rod, y = model.rod, model.motion
-    w, x, z, u = y.g[rod.middle, 0], y.g[rod.middle, 1], y.g[rod.middle, 2], y.g[rod.middle, 3]
+    middle = quaternion(y.g, rod.middle)
     rows[row, HEIGHT] = y.x[rod.middle, 2]
-    rows[row, SLOPE] = 2.0 * (x * u - w * z)
+    rows[row, SLOPE] = along_i(middle, middle)[2]
     rows[row, VELOCITY] = y.v[rod.middle, 2]
     if rows[row, KEPT] == 0.0:
         return
@@ -348,12 +349,8 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
     if place < model.row_x.shape[0]:
         y.clock[PLACES] += 1.0
         for i in range(y.g.shape[0]):
-            w, x, z, u = y.g[i, 0], y.g[i, 1], y.g[i, 2], y.g[i, 3]
-            for c in range(3):
-                model.row_x[place, i, c] = y.x[i, c]
-            model.row_m1[place, i, 0] = 2.0 * (x * u + w * z)
-            model.row_m1[place, i, 1] = 2.0 * (z * u - w * x)
-            model.row_m1[place, i, 2] = w * w - x * x - z * z + u * u
+            put_triple(triple(y.x, i), model.row_x[place], i)
+            put_triple(carried(quaternion(y.g, i), (0.0, 0.0, 1.0)), model.row_m1[place], i)
 
 
 _loop = loop_of(

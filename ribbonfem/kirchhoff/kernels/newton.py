@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ribbonfem.ends.kernels import PUSH
+from ribbonfem.jit.algebra import carried, conjugate, quaternion, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
@@ -47,16 +48,11 @@ ANGLE = 0.1
 def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None:
     """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to the residual."""
     for i in range(1, g.shape[0] - 1):
-        w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
         factor = rod.inertia[i, 3] * v[i, 3]
-        a, b, c = turning[i, 0], turning[i, 1], turning[i, 2]
-        # components along the second and third axis of the body
-        s.fp[i, 1] += factor * (
-            2.0 * (x * y - w * z) * a + (w * w - x * x + y * y - z * z) * b + 2.0 * (y * z + w * x) * c
-        )
-        s.fp[i, 2] += factor * (
-            2.0 * (x * z + w * y) * a + 2.0 * (y * z - w * x) * b + (w * w - x * x - y * y + z * z) * c
-        )
+        # (along the first axis of the body is nothing)
+        moment = carried(conjugate(quaternion(g, i)), triple(turning, i))
+        s.fp[i, 1] += factor * moment[1]
+        s.fp[i, 2] += factor * moment[2]
 
 
 @compiled(**OPTIONS)

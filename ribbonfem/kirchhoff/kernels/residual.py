@@ -9,13 +9,14 @@ Every stage of every method solves the same, with x = xp + b a and v = vp + f a:
 
 from __future__ import annotations
 
+from ribbonfem.jit.algebra import Quaternion, Value, Vector
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, add_to_nodes, collect, force_at
-from .gauss_point import Quaternion, Value, Vector, bend, body, interpolated_fours
+from .gauss_point import bend, body, interpolated_fours
 from .law import offset_at
 from .rod import P, Rod, Solver
 

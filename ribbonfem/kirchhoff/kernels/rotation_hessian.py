@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from ribbonfem.jit.algebra import Quaternion, Value, Vector
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .batch import INLINED
-from .gauss_point import Quaternion, Value, Vector
 
 
 @compiled(**INLINED)

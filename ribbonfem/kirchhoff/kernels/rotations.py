@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import math
 
+from ribbonfem.jit.algebra import (
+    Quaternion,
+    Value,
+    Vector,
+    between,
+    by_vector,
+    dot,
+    dot4,
+    mix4,
+    put_triple,
+    quaternion,
+    scaled,
+    scaled4,
+)
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, all_below, lane, load, root, store, transposed
 from ribbonfem.results import Array
 
 from .batch import INLINED, OPTIONS
-from .gauss_point import Quaternion, Value, Vector
 
 # half an angle squared below which a series has all digits of its sine and cosine
 _SMALL = 1e-4
@@ -28,15 +41,9 @@ def _series(square: Value) -> tuple[Value, Value]:
 @compiled(**INLINED)
 def _turned(g: Quaternion, half: Value, cosine: Value, psi: Vector) -> Quaternion:
     """g (cosine, half psi), of length 1."""
-    w, x, y, z = g
-    a, b, c = half * psi[0], half * psi[1], half * psi[2]
-    w1 = w * cosine - x * a - y * b - z * c
-    x1 = x * cosine + w * a + y * c - z * b
-    y1 = y * cosine + w * b + z * a - x * c
-    z1 = z * cosine + w * c + x * b - y * a
+    new = mix4(g, cosine, by_vector(g, psi), half)
     # rounding would let the length drift over thousands of increments
-    scale = 1.5 - 0.5 * (w1 * w1 + x1 * x1 + y1 * y1 + z1 * z1)
-    return scale * w1, scale * x1, scale * y1, scale * z1
+    return scaled4(1.5 - 0.5 * dot4(new, new), new)
 
 
 @compiled(**INLINED)
@@ -47,8 +54,7 @@ def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     if square >= _SMALL:
         angle = math.sqrt(square)
         half, cosine = 0.5 * math.sin(angle) / angle, math.cos(angle)
-    new = _turned((g[i, 0], g[i, 1], g[i, 2], g[i, 3]), half, cosine, (a, b, c))
-    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = new[0], new[1], new[2], new[3]
+    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = _turned(quaternion(g, i), half, cosine, (a, b, c))
 
 
 @compiled(**INLINED)
@@ -73,14 +79,13 @@ def normalise_inner(g: Array) -> None:
     i, right = 1, g.shape[0] - 1
     while i < right:
         if i + WIDTH <= right:
-            w, x, y, z = _rows(g, i)
-            scale = 1.0 / root(w * w + x * x + y * y + z * z)
-            _put_rows(g, i, scale * w, scale * x, scale * y, scale * z)
+            four = _rows(g, i)
+            four = scaled4(1.0 / root(dot4(four, four)), four)
+            _put_rows(g, i, four[0], four[1], four[2], four[3])
             i += WIDTH
         else:
-            w, x, y, z = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
-            scale = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-            g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scale * w, scale * x, scale * y, scale * z
+            q = quaternion(g, i)
+            g[i, 0], g[i, 1], g[i, 2], g[i, 3] = scaled4(1.0 / math.sqrt(dot4(q, q)), q)
             i += 1
 
 
@@ -105,8 +110,7 @@ def rotate_inner(g: Array, psi: Array) -> None:
 @compiled(**INLINED)
 def _about(g0: Quaternion, g: Quaternion) -> tuple[Value, Value]:
     """Of conj(g0) g, what is along 1 and what is about the tangent."""
-    along = g0[0] * g[0] + g0[1] * g[1] + g0[2] * g[2] + g0[3] * g[3]
-    return along, g0[0] * g[1] - g0[1] * g[0] - g0[2] * g[3] + g0[3] * g[2]
+    return dot4(g0, g), between(g0, g)[0]
 
 
 @compiled(**INLINED)
@@ -131,8 +135,7 @@ def twists(g0: Array, g: Array, x: Array) -> None:
                 )
                 i += WIDTH
                 continue
-        w, a, b, c = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
-        along, across = _about((w, a, b, c), (g[i, 0], g[i, 1], g[i, 2], g[i, 3]))
+        along, across = _about(quaternion(g0, i), quaternion(g, i))
         x[i, 3] = 2.0 * (math.atan2(across, along) if along >= 0.0 else math.atan2(-across, -along))
         i += 1
 
@@ -140,13 +143,8 @@ def twists(g0: Array, g: Array, x: Array) -> None:
 @compiled(**OPTIONS)
 def turn_between(g0: Array, g: Array, i: int, psi: Array) -> None:
     """psi[i] (3,), the shortest turn with g = g0 exp(psi / 2) at node i."""
-    w, x, y, z = g0[i, 0], g0[i, 1], g0[i, 2], g0[i, 3]
-    d, a, b, c = g[i, 0], g[i, 1], g[i, 2], g[i, 3]
-    cosine = w * d + x * a + y * b + z * c
-    sign = 1.0 if cosine >= 0.0 else -1.0
-    p0 = sign * (w * a - x * d - y * c + z * b)
-    p1 = sign * (w * b - y * d - z * a + x * c)
-    p2 = sign * (w * c - z * d - x * b + y * a)
-    sine = math.sqrt(p0 * p0 + p1 * p1 + p2 * p2)
+    before, after = quaternion(g0, i), quaternion(g, i)
+    cosine, turn = dot4(before, after), between(before, after)
+    sine = math.sqrt(dot(turn, turn))
     factor = 2.0 * math.atan2(sine, abs(cosine)) / sine if sine > 1e-150 else 2.0
-    psi[i, 0], psi[i, 1], psi[i, 2] = factor * p0, factor * p1, factor * p2
+    put_triple(scaled(factor if cosine >= 0.0 else -factor, turn), psi, i)

@@ -15,23 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ribbonfem.jit.algebra import Quaternion, Value, Vector, dot
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
 from ribbonfem.results import Array
 
 from .batch import INLINED, collect, force_at
-from .gauss_point import (
-    Quaternion,
-    Value,
-    Vector,
-    dot,
-    interpolated,
-    interpolated_fours,
-    point_hessian,
-    strains_of,
-    stretched,
-    tangent_of,
-)
+from .gauss_point import interpolated, interpolated_fours, point_hessian, strains_of, stretched, tangent_of
 from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 
 

@@ -8,21 +8,14 @@ each, of which neighbours alone know each other, whatever the degree (`condensed
 
 from __future__ import annotations
 
+from ribbonfem.jit.algebra import Quaternion, Value, Vector
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import (
-    Quaternion,
-    Rows,
-    Value,
-    Vector,
-    interpolated_fours,
-    point_hessian,
-    stretched,
-)
+from .gauss_point import Rows, interpolated_fours, point_hessian, stretched
 from .law import offset_at
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
 from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
