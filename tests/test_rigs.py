@@ -196,8 +196,8 @@ def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(metho
 
     def run(times, values, **options):
         scene = Scene(**base, schedule=Schedule(times, values, kind="linear"))
-        options = {"method": method, "elements": 4, "tolerance": 1e-4, "extensible": extensible}
-        return kirchhoff.simulate(scene, **options, **options)
+        given = {"method": method, "elements": 4, "tolerance": 1e-4, "extensible": extensible}
+        return kirchhoff.simulate(scene, **given, **options)
 
     whole, first = run((0, 1, 2), (0, 0.1, 0.4)), run((0, 1), (0, 0.1))
     second = run((0, 1), (0.1, 0.4), initial=first)
