@@ -8,6 +8,7 @@ from ribbonfem.continuation import equilibrium
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.groups import in_fours
 from ribbonfem.jit.simd import WIDTH
+from ribbonfem.material.kernels import LAW
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
@@ -17,8 +18,6 @@ from .kernels import arrays
 from .kernels.beam import PHI, P, Z
 from .problem import Statics, _State
 
-# what of a beam changes with the strains that it counts from
-LAW = ("offset", "stiffness", "compliance")
 # components of frames across the plane that are none
 _FLAT = 1e-9
 

@@ -12,6 +12,7 @@ from ribbonfem.delay import scene_departure
 from ribbonfem.elements.lobatto import lobatto_points
 from ribbonfem.jit.groups import groups_of, in_fours
 from ribbonfem.jit.simd import WIDTH
+from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, refuse
 from ribbonfem.results import Array, History, RestState, snaps_from
 from ribbonfem.scene import Scene
@@ -110,7 +111,7 @@ class Motion:
             "strain_rate": arrays.strains(elements, retards),
             "clock": clock,
         } | begin
-        for name in initials.LAW:
+        for name in LAW:
             getattr(beam, name)[:] = state.pop(name, getattr(beam, name))
         motion = arrays.Motion(**{name: value.copy() for name, value in state.items()})
         self.clock, self.scheme = motion.clock, scheme
@@ -126,7 +127,7 @@ class Motion:
 
     def kept(self) -> dict[str, Array]:
         """What it goes on from."""
-        law = {name: getattr(self.model.beam, name).copy() for name in initials.LAW}
+        law = {name: getattr(self.model.beam, name).copy() for name in LAW}
         return {name: value.copy() for name, value in self.model.motion._asdict().items()} | law
 
     def observed(self, count: int) -> tuple[Array, Array, Array]:

@@ -18,9 +18,6 @@ from .kernels import arrays
 from .kernels.batch import in_fours
 from .problem import Frames, Statics
 
-# what of a rod changes with the strains that it counts from
-LAW = ("offset", "stiffness", "compliance")
-
 
 def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Motion:
     """The state of the time loop in an equilibrium; with the strains of a rod that `retards`."""

@@ -34,6 +34,7 @@ from ribbonfem.elements.lobatto import lobatto_weights
 from ribbonfem.ends import held, moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
+from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
 from ribbonfem.row_buffer import some_steps
@@ -341,7 +342,7 @@ class Loop:
         reactions = reactions_in(taken[0], REACTIONS, initial)
         rows, *configurations = map(freeze, taken)
         clock = self.motion.clock
-        law = {name: getattr(self.rod, name).copy() for name in initials.LAW}
+        law = {name: getattr(self.rod, name).copy() for name in LAW}
         columns = rows.T
         kept = dict(zip(("positions", "normals"), configurations, strict=False))
         return History(
@@ -394,12 +395,12 @@ def integrate(
     rod = discretised(problem, scene, options.get("gyroscopic", False))
     scheme = control.method.as_scheme()
 
-    own = {name: getattr(rod, name).copy() for name in initials.LAW}
+    own = {name: getattr(rod, name).copy() for name in LAW}
     if isinstance(initial, History):
         own |= initial.resume
 
     def begin() -> arrays.Motion:
-        for name in initials.LAW:
+        for name in LAW:
             getattr(rod, name)[:] = own[name]
         return first() if first else initials.at_rest(problem, start, rod.retardation > 0.0)
 

@@ -12,6 +12,9 @@ from ribbonfem.results import Array
 Value = Any
 Vector = tuple[Value, Value, Value]
 
+# what of a body changes with the strains that it counts from (`count_from`)
+LAW = ("offset", "stiffness", "compliance")
+
 
 @compiled(inline=True, fastmath={"contract", "reassoc", "nsz"})
 def moments_of(stiffness: Array, offset: Vector, strain: Vector) -> Vector:

@@ -18,12 +18,13 @@ from ribbonfem.jit.simd import lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.newton import SIGMA
+from ribbonfem.stepping.kernels.strains import know_rates
 
 from .arrays import Motion, Scratch
 from .beam import FORCE, PHI, ROWS, WIDTH, Beam, P, Solver, Z
 from .condensed import factorise, solve
 from .ends import set_places, set_turns
-from .law import know_rates, put_strain_rates, put_strains, stretch_of
+from .law import put_strain_rates, put_strains, stretch_of
 from .points import Value, cosine_sine, interpolated, resolved
 from .residual import residual
 from .tangent import STIFF, fill

@@ -11,12 +11,10 @@ from typing import Any
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import load, spread, store, summed
-from ribbonfem.linalg.array_ops import add, copy
-from ribbonfem.material.kernels import count_from, count_with
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
+from ribbonfem.stepping.kernels.strains import put_rates
 
-from .arrays import Motion, Scratch
+from .arrays import Scratch
 from .beam import Beam, P, Z
 from .points import cosine_sine, interpolated, resolved
 
@@ -65,39 +63,10 @@ def put_strain_rates(beam: Beam, u: Array, v: Array, turning: Array, rate: Array
 
 
 @compiled(**OPTIONS)
-def know_strains(beam: Beam, m: Scheme, y: Motion, t: Scratch, i: int, h: float, f: float) -> None:
-    """What a stage knows of the strains, in t.known_strain, and its law; strain = known + f rate."""
-    copy(y.strain, t.known_strain)
-    if m.kind != DIRK:
-        add(y.strain_rate, 0.5 * h, t.known_strain)
-    else:
-        for j in range(i):
-            add(t.stage_strain_rate[j], h * m.a[i, j], t.known_strain)
-    count_from(
-        beam.offset,
-        beam.natural,
-        t.known_strain,
-        beam.stiffness,
-        beam.compliance,
-        beam.elastic,
-        beam.retardation / f,
-    )
-
-
-@compiled(**OPTIONS)
 def keep_strains(beam: Beam, t: Scratch, f: float) -> None:
     """Strains of the stage solved and their rates, in t.strain and t.strain_rate."""
     put_strains(beam, t.u, t.strain)
-    for k in range(t.strain.size):
-        t.strain_rate.flat[k] = (t.strain.flat[k] - t.known_strain.flat[k]) / f
-
-
-@compiled(**OPTIONS)
-def know_rates(beam: Beam, rate: Array) -> None:
-    """The law where strain rates are known."""
-    count_with(
-        beam.offset, beam.natural, rate, beam.stiffness, beam.compliance, beam.elastic, beam.retardation
-    )
+    put_rates(t, f)
 
 
 @compiled(**OPTIONS)

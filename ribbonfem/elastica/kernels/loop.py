@@ -27,6 +27,7 @@ from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
+from ribbonfem.stepping.kernels.strains import know_strains
 
 from . import average_vector_field as means
 from . import condensed, consistent, residual, tangent
@@ -34,7 +35,7 @@ from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
 from .energies import elastic_state, kinetic_energy, potential_energy, power
-from .law import keep_strains, know_strains, viscous_loss
+from .law import keep_strains, viscous_loss
 from .record import record
 
 # an angle counts as a tenth of a length

@@ -36,12 +36,13 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
+from ribbonfem.stepping.kernels.strains import know_rates
 
 from .arrays import SIGMA, Motion, Scratch
 from .batch import INLINED, OPTIONS, WIDTH
 from .condensed import factorise, solve
 from .gauss_point import body, interpolated, pulled, tangent_of, tangent_rate
-from .law import know_rates, put_strain_rates, put_strains
+from .law import put_strain_rates, put_strains
 from .residual import residual
 from .rod import P, Rod, Solver
 from .tangent import STIFF, fill

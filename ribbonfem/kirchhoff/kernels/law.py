@@ -11,12 +11,10 @@ from typing import Any
 from ribbonfem.jit.algebra import by_vector, dot, dot4, quaternion, scaled, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, lane, load, spread, store
-from ribbonfem.linalg.array_ops import add, copy
-from ribbonfem.material.kernels import count_from, count_with
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import DIRK, Scheme
+from ribbonfem.stepping.kernels.strains import put_rates
 
-from .arrays import Motion, Scratch
+from .arrays import Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .gauss_point import Offset, interpolated, interpolated_fours, strains_of, tangent_of
 from .rod import P, Rod, Solver
@@ -80,37 +78,10 @@ def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, ra
 
 
 @compiled(**OPTIONS)
-def know_rates(rod: Rod, rate: Array) -> None:
-    """The law where strain rates are known."""
-    count_with(rod.offset, rod.natural, rate, rod.stiffness, rod.compliance, rod.elastic, rod.retardation)
-
-
-@compiled(**OPTIONS)
-def know_strains(rod: Rod, m: Scheme, y: Motion, t: Scratch, i: int, h: float, ft: float) -> None:
-    """What a stage knows of the strains, in t.known_strain, and its law."""
-    copy(y.strain, t.known_strain)
-    if m.kind != DIRK:
-        add(y.strain_rate, 0.5 * h, t.known_strain)
-    else:
-        for j in range(i):
-            add(t.stage_strain_rate[j], h * m.a[i, j], t.known_strain)
-    count_from(
-        rod.offset,
-        rod.natural,
-        t.known_strain,
-        rod.stiffness,
-        rod.compliance,
-        rod.elastic,
-        rod.retardation / ft,
-    )
-
-
-@compiled(**OPTIONS)
 def keep_strains(rod: Rod, s: Solver, t: Scratch, ft: float) -> None:
     """Strains of the stage solved and their rates, in t.strain and t.strain_rate."""
     put_strains(rod, s, t.g, t.n, t.strain)
-    for k in range(t.strain.size):
-        t.strain_rate.flat[k] = (t.strain.flat[k] - t.known_strain.flat[k]) / ft
+    put_rates(t, ft)
 
 
 @compiled(**OPTIONS)

@@ -29,13 +29,14 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.loop import loop_of
+from ribbonfem.stepping.kernels.strains import know_strains
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
 from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
 from .batch import OPTIONS, WIDTH
 from .consistent_initialisation import project, tangents
 from .energies import elastic_energy, potential_energy, power, put_reactions
-from .law import keep_strains, know_strains, viscous_loss
+from .law import keep_strains, viscous_loss
 from .newton import guess, newton, remember
 from .rod import P, Rod
 
