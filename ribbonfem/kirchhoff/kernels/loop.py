@@ -29,6 +29,7 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.loop import loop_of
+from ribbonfem.stepping.kernels.slow import allowed
 from ribbonfem.stepping.kernels.strains import know_strains
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
@@ -40,8 +41,6 @@ from .law import keep_strains, viscous_loss
 from .newton import guess, newton, remember
 from .rod import P, Rod
 
-# lengths per t* below which the error allowed in a step shrinks with the speed, over 1, and by how much
-CREEP, LEAST = 0.1, 0.01
 # factors with which increments fell by less than this, over 1, in the last stage are made anew for a step:
 # new ones cost some four iterations, and serve several stages
 SLOW = 0.015
@@ -220,12 +219,6 @@ def _mean_flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
 
 
 @compiled(**OPTIONS)
-def _share(speed: float) -> float:
-    """Part of the tolerance that a step may err by at this speed."""
-    return min(1.0, max(LEAST, CREEP * speed))
-
-
-@compiled(**OPTIONS)
 def _error(model: Moving, m: Scheme, h: float) -> float:
     """Estimated local error of the positions, counted the more the slower the ribbon creeps.
 
@@ -247,14 +240,14 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     # (of positions, not of theta)
     error = max(lane(largest, 0), lane(largest, 1), lane(largest, 2))
     speed = max(lane(fastest, 0), lane(fastest, 1), lane(fastest, 2))
-    return h * math.sqrt(error) / _share(math.sqrt(speed))
+    return h * math.sqrt(error) / allowed(math.sqrt(speed))
 
 
 @compiled(**OPTIONS)
 def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     """The same of a step by means."""
     error, speed = error_by_means(model.motion, model.scratch, model.motion.clock, h)
-    return error / _share(speed)
+    return error / allowed(speed)
 
 
 @compiled(**OPTIONS)
