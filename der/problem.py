@@ -144,8 +144,9 @@ class Statics:
         second: bool = True,
         lag: Array | None = None,
         shape: Array | None = None,
+        solved: slice = slice(0),
     ) -> tuple[Array, Array, Array, Array, Array, int]:
-        """As `kernels.equations` has them."""
+        """As `kernels.equations` has them; factors of the rows `solved`."""
         rod = self.rod
         result: tuple[Array, Array, Array, Array, Array, int] = kernels.equations(
             *state.edges,
@@ -162,8 +163,8 @@ class Statics:
             _FORESEEN,
             rate,
             force_rate,
-            rod.free.start,
-            rod.free.stop,
+            solved.start or 0,
+            solved.stop,
             second,
         )
         return result
@@ -197,7 +198,9 @@ class Statics:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         free = self.rod.free
         rates = self.clamp_rate(parameter), self.ends.force(parameter)[1]
-        _, gradient, hessian, slope, factors, index = self._equations(state, *rates, lag=state.lag)
+        _, gradient, hessian, slope, factors, index = self._equations(
+            state, *rates, lag=state.lag, solved=free
+        )
         slope += self._brought(state)
 
         def solve(right: Array) -> Array:

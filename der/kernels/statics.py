@@ -74,7 +74,7 @@ def equations(
     Returns elastic energies (3,); gradient (4 N,), with loads; Hessian band (4 N + 10, 11); slope (4 N,), the
     derivative of the gradient where the clamps move at a `rate` (4 N,) and the force at another (3,); the
     factors of the Hessian's rows `first` to `last`, and their number of negative pivots.  Without `second`
-    the first two alone are made.
+    the first two alone are made, and factors only where there are such rows.
 
     An edge that turns in a step is stretched by the square of its turn, and the tangent takes the large
     tension for real.  With the one that was to be, Newton needs half the iterations (D. Magisano et al.,
@@ -120,6 +120,8 @@ def equations(
     for r in range(3):
         slope[4 * one + r] -= 0.5 * force_rate[r]
         slope[4 * other + r] -= 0.5 * force_rate[r]
-    factors = hessian.copy()
-    negative = factor(factors, first, last)
+    factors, negative = hessian, 0
+    if last > first:
+        factors = hessian.copy()
+        negative = factor(factors, first, last)
     return energies, gradient, hessian, slope, factors, negative
