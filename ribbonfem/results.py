@@ -478,6 +478,14 @@ def snaps_from(scene: Scene, model: str, options: Mapping[str, Any]) -> float:
     return scene.passes(result[0].control) if result else np.inf
 
 
+def snaps_since(scene: Scene, until: str, model: str, options: Mapping[str, Any]) -> float:
+    """When a passage of the height begins to count as the snap that ends a run, s after its beginning.
+
+    What is a snap is said by the states at rest, which are asked only where a snap is asked for.
+    """
+    return 0.0 if until != "snap" or scene.usual else snaps_from(scene, model, options)
+
+
 def _before_end(scene: Scene, model: str, options: Mapping[str, Any]) -> list[Instability]:
     mesh = tuple((name, value) for name, value in options.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest

@@ -14,7 +14,7 @@ from ribbonfem.jit.groups import groups_of, in_fours
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, refuse
-from ribbonfem.results import Array, History, RestState, snaps_from
+from ribbonfem.results import Array, History, RestState, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.kernels import KINK, MEAN, Ramp, Scheme
@@ -232,11 +232,8 @@ def simulate(
         problem = Statics(scene, elements, extensible)
         begin = initials.of(problem, scene, initial)
         began = float(begin["clock"][TIME]) if "clock" in begin else 0.0
-    since = began
-    if until == "snap" and not scene.usual:
-        # a snap is asked for: what is one is said by the states at rest
-        mesh = {"elements": elements, "extensible": extensible}
-        since += snaps_from(scene, "elastica", mesh) / problem.unit
+    mesh = {"elements": elements, "extensible": extensible}
+    since = began + snaps_since(scene, until, "elastica", mesh) / problem.unit
     moved = integrate(
         "elastica",
         lambda scheme, rows: Motion(problem, begin, scheme, rows),

@@ -36,7 +36,7 @@ from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, require_duration
-from ribbonfem.results import Array, History, RestState, SolverError, snaps_from, told
+from ribbonfem.results import Array, History, RestState, SolverError, snaps_since, told
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows, reactions_in
 from ribbonfem.scene import Scene
@@ -170,10 +170,7 @@ def simulate(
         start, first, began = initials.of(problem, scene, initial)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ends = moving(scene, began=began) if began else None
-    since = 0.0
-    if until == "snap" and not scene.usual:
-        # a snap is asked for: what is one is said by the states at rest
-        since = began + snaps_from(scene, "kirchhoff", mesh) / problem.unit
+    since = began + snaps_since(scene, until, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
     options = options_given(tolerance=control.tolerance)
     return integrate(problem, start, scene, control, ramp, options, configurations, first, initial)

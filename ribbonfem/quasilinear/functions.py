@@ -22,7 +22,7 @@ from ribbonfem.continuation.curves import (
 )
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_from
+from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.kernels.arrays import TIME
@@ -232,10 +232,7 @@ def simulate(
         problem = Statics(scene, elements, degree)
         begin = resumed(problem, scene, initial)
         began = float(begin["clock"][TIME])
-    since = began
-    if until == "snap" and not scene.usual:
-        # a snap is asked for: what is one is said by the states at rest
-        since += snaps_from(scene, "quasilinear", problem.options) / problem.unit
+    since = began + snaps_since(scene, until, "quasilinear", problem.options) / problem.unit
     moved = _integrated(
         problem,
         begin,
