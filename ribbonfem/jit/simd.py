@@ -36,3 +36,12 @@ def increase(array: Array, indices: tuple[int, ...], value: Any) -> None:
 def summed(value: Any) -> float:
     """The four of a value together."""
     return (lane(value, 0) + lane(value, 1)) + (lane(value, 2) + lane(value, 3))
+
+
+@compiled(inline=True)
+def greatest(value: Any) -> float:
+    """The largest of the four of a value of which none is below 0."""
+    most = 0.0
+    for place in range(WIDTH):
+        most = max(most, lane(value, place))
+    return most

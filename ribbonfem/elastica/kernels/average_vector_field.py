@@ -18,7 +18,7 @@ import math
 from ribbonfem.ends.planar_kernels import PUSH
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store, summed
+from ribbonfem.jit.simd import WIDTH, greatest, larger, load, spread, store, summed
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import GAINED, TIME
 from ribbonfem.stepping.kernels.guess import MEMORY
@@ -230,10 +230,7 @@ def error_by_means(y: Motion, t: Scratch, clock: Array, h: float) -> float:
             store(t.past, (last % KEPT, group, row), r)
             moved = load(t.u, (group, row)) - r
             fastest = larger(fastest, moved * moved)
-    speed = 0.0
-    for place in range(WIDTH):
-        speed = max(speed, lane(fastest, place))
-    speed = math.sqrt(speed) / h
+    speed = math.sqrt(greatest(fastest)) / h
     span = min(SPAN if speed > FAST else 2, (last + 1) // 3)
     if span < 1:
         return -1e-300
@@ -250,9 +247,6 @@ def error_by_means(y: Motion, t: Scratch, clock: Array, h: float) -> float:
             early = (rate - (b - load(t.past, (third, group, row))) * (1.0 / h3)) * (1.0 / (h2 + h3))
             change = late - early
             largest = larger(largest, change * change)
-    most = 0.0
-    for place in range(WIDTH):
-        most = max(most, lane(largest, place))
-    error = 0.5 * h * h * h * math.sqrt(most) / ((h1 + h2 + h3) * allowed(speed))
+    error = 0.5 * h * h * h * math.sqrt(greatest(largest)) / ((h1 + h2 + h3) * allowed(speed))
     easy = abs(h1 - span * h) < 1e-2 * h1 and t.out[OUT_NEWTON] <= EASY
     return error if easy else -error

@@ -14,7 +14,7 @@ from __future__ import annotations
 from ribbonfem.ends.kernels import COMPRESSION, LEFT, LIFT, RIGHT, Ends
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import lane, larger, load, spread, store
+from ribbonfem.jit.simd import greatest, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.newton import SIGMA
@@ -142,10 +142,7 @@ def _moved(s: Solver, t: Scratch) -> tuple[float, float]:
             store(t.u, (group, row), new)
             if PHI <= row < FORCE:
                 change, size = larger(change, step * step), larger(size, new * new)
-    most, of = 0.0, 0.0
-    for place in range(WIDTH):
-        most, of = max(most, lane(change, place)), max(of, lane(size, place))
-    return most, of
+    return greatest(change), greatest(size)
 
 
 @compiled(**OPTIONS)

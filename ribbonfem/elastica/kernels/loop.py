@@ -10,7 +10,7 @@ import math
 from ribbonfem.ends.planar_kernels import PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
-from ribbonfem.jit.simd import WIDTH, lane, larger, load, spread, store
+from ribbonfem.jit.simd import greatest, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import (
@@ -67,9 +67,7 @@ def _solve(model: Moving, sigma: float) -> float:
         for row in range(PHI, FORCE):
             step = load(rest, (group, row))
             turns = larger(turns, step * step)
-    most = 0.0
-    for place in range(WIDTH):
-        most = max(most, lane(places, place), ANGLE * ANGLE * lane(turns, place))
+    most = max(greatest(places), ANGLE * ANGLE * greatest(turns))
     # (the maximum may hide NaN, which then is everywhere)
     return math.sqrt(most) + 0.0 * rest[0, FORCE, 0]
 
@@ -328,10 +326,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 for j in range(m.stages):
                     change += m.error[j] * load(t.stage_v, (j, group, row))
             largest, fastest = larger(largest, change * change), larger(fastest, v * v)
-    error = speed = 0.0
-    for place in range(WIDTH):
-        error, speed = max(error, lane(largest, place)), max(speed, lane(fastest, place))
-    return h * math.sqrt(error) / allowed(math.sqrt(speed))
+    return h * math.sqrt(greatest(largest)) / allowed(math.sqrt(greatest(fastest)))
 
 
 @compiled(**OPTIONS)
