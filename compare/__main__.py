@@ -26,8 +26,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from compare.report.registry import ORDER, Command, named, publish, summary
+from compare.report.registry import COMMANDS, ORDER, SHARED, Command, named, publish, summary
 from compare.report.terminal import complain, printing, show, terminal
+from compare.sweep.pool import begin_early, end_early
 
 OUT = Path("ribbonfem-report")
 REPORT, SCENES, WARM = "report", "scenes", "warm"
@@ -327,6 +328,16 @@ def _warm(arguments: Sequence[str]) -> int:
 
 
 def _command(name: str, arguments: Sequence[str]) -> int:
+    given = {argument.partition("=")[0] for argument in arguments}
+    if name in SHARED and given.isdisjoint({"-h", "--help", "--processes", "--dask"}):
+        begin_early(COMMANDS[name])
+    try:
+        return _called(name, arguments)
+    finally:
+        end_early()
+
+
+def _called(name: str, arguments: Sequence[str]) -> int:
     command = named(name)
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {name}",

@@ -24,7 +24,7 @@ import numpy as np
 
 from compare.models import MODELS
 from compare.sweep import Progress, Sweep
-from compare.sweep.pool import WorkerPool
+from compare.sweep.pool import WorkerPool, pool_of
 from compare.sweep.pool import alone as no_workers
 from compare.sweep.task import edition
 from ribbonfem import Scene
@@ -241,7 +241,7 @@ def background(*jobs: str, processes: int, progress: Progress) -> Iterator[Backg
         )
         # (of a quick machine that does nothing else, and of one at half its speed)
         progress.say(f"compiling, once, {about:.0f} to {2 * about:.0f} s: {', '.join(missing)}")
-    pool = WorkerPool(processes)
+    pool = pool_of(processes)
     try:
         yield Background(pool, processes, missing, progress)
     finally:

@@ -15,7 +15,7 @@ from work import work
 
 from compare import archive
 from compare.archive import ArchiveError, from_bytes, to_bytes
-from compare.sweep import Failure, Sweep, SweepError, Task
+from compare.sweep import Failure, Sweep, SweepError, Task, pool
 from compare.sweep.store import Store
 from ribbonfem import Fold, Ribbon, Scene
 
@@ -235,3 +235,22 @@ def test_processes_are_checked():
         with pytest.raises(ValueError, match="processes"):
             Sweep(processes=wrong)
     assert Store(Path("x")).read("ab") is None
+
+
+def test_processes_begun_early_serve_who_asks_for_as_many_and_end_otherwise(monkeypatch):
+    monkeypatch.setattr(pool, "processors", lambda: 2)
+    pool.begin_early("work")
+    taken = pool.pool_of(1)
+    (worker,) = taken._processes
+    assert taken.submit(os.getpid).result(timeout=60) == worker
+    taken.end()
+    pool.begin_early("work")
+    (early,) = pool._early[0]._processes.values()
+    other = pool.pool_of(2)
+    assert other.size == 2
+    assert not early.is_alive()
+    pool.begin_early("work")
+    (early,) = pool._early[0]._processes.values()
+    pool.end_early()
+    assert not early.is_alive()
+    assert not pool._early

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from compare.sweep import Progress, Sweep
 from compare.sweep.pool import processors
 from ribbonfem import Fold, Ribbon, Scene, elastica, kirchhoff, quasilinear
 from ribbonfem.output.curve import Curve
-from ribbonfem.output.style import colormaps, draw_curve, figure
 
 from ..report.registry import Command
 
@@ -209,6 +209,9 @@ def _snap_rows() -> list[list[Any]]:
 
 def _diagram(result: Crosscheck) -> Any:
     """The paper's Fig. 3: heights against angles, raw and rescaled."""
+    # (imported where something is drawn: workers draw nothing)
+    from ribbonfem.output.style import colormaps, draw_curve, figure
+
     fig, (raw, scaled) = figure(2, width=5.0, height=4.0)
     for k, (compression, beam) in enumerate(result.beams.items()):
         colour = colormaps["viridis"](0.85 * k / max(1, len(result.beams) - 1))
@@ -279,6 +282,8 @@ def main(
             records += met
         mesh = _mesh_rows()
         elsewhere.wait()
+        # what draws is imported while others compute
+        import_module("ribbonfem.output.style").blank(1.0, 1.0)
         beams, dots, curve = curves()
         against, snapped = rods(), snaps()
     return Crosscheck(

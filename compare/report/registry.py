@@ -31,6 +31,8 @@ COMMANDS = {
     "peers": "compare.studies.peers",
 }
 ORDER = tuple(COMMANDS)
+# those whose every call gives other processes work from its beginning on
+SHARED = frozenset({"crosscheck"})
 
 
 def _nothing(_: Any) -> Iterable[Any]:

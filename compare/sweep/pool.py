@@ -17,7 +17,8 @@ import types
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 
 # seconds after which a worker notices that its parent is gone
 _WATCH = 1.0
@@ -31,6 +32,8 @@ _THREADS = (
     "VECLIB_MAXIMUM_THREADS",
 )
 _one_at_a_time = threading.Lock()
+# begun before it was known what for
+_early: list[WorkerPool] = []
 
 
 def processors() -> int:
@@ -83,6 +86,7 @@ class WorkerPool(ProcessPoolExecutor):
     def __init__(self, processes: int) -> None:
         context = multiprocessing.get_context("spawn")
         super().__init__(processes, mp_context=context, initializer=_begin, initargs=(os.getpid(),))
+        self.size = processes
 
     def submit(self, *call, **more):  # type: ignore[no-untyped-def]
         """As any executor's; processes are spawned here, as they are needed."""
@@ -99,3 +103,35 @@ class WorkerPool(ProcessPoolExecutor):
             worker.join(timeout=5.0)
             if worker.is_alive():
                 worker.kill()
+
+
+def _load(module: str) -> None:
+    import_module(module)
+
+
+def begin_early(module: str) -> None:
+    """Start processes that import a module while this one does: as many as work beside it."""
+    if alone():
+        return
+    # where there can be none, it is told when they are needed
+    with suppress(OSError, RuntimeError):
+        pool = WorkerPool(max(1, processors() - 1))
+        for _ in range(pool.size):
+            pool.submit(_load, module)
+        _early.append(pool)
+
+
+def pool_of(processes: int) -> WorkerPool:
+    """A pool of so many processes: one that was begun early, or a new one."""
+    while _early:
+        pool = _early.pop()
+        if pool.size == processes:
+            return pool
+        pool.end()
+    return WorkerPool(processes)
+
+
+def end_early() -> None:
+    """End processes that were begun early and were not needed."""
+    while _early:
+        _early.pop().end()
