@@ -1,3 +1,4 @@
+import itertools
 import math
 from dataclasses import replace
 
@@ -315,11 +316,33 @@ def test_runs_that_agree_by_chance_claim_what_they_scatter():
     smooth, rattle = (levels._claimed([1.0, 1.01, 1.01], scatters, rattling) for rattling in (False, True))
     assert smooth == pytest.approx(6e-3)
     assert rattle == pytest.approx(2e-2)
+    # where no scatter was measured, and where the difference is none, it counts several times
+    little = [1.0, 1.0 + 0.5 * scatters[0]]
+    assert levels._claimed(little, scatters[:2], False) == pytest.approx(0.5 * scatters[0])
+    assert levels._claimed(little, scatters[:2], False, measured=False) == pytest.approx(3.0 * scatters[0])
+    much = [1.0, 1.0 + 2.0 * scatters[0]]
+    assert levels._claimed(much, scatters[:2], False) == pytest.approx(12.0 * scatters[0])
     # one that rattles, but differs as little as a smooth one, is smooth
     little = [1.0, 1.0 + scatters[0]]
     assert levels._claimed(little, scatters[:2], True) == levels._claimed(little, scatters[:2], False)
     assert levels._claimed([1.0, None], scatters[:2], False) == math.inf
     assert levels._claimed([None, None], scatters[:2], False) == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-6, 3e-8, 1e-9])
+@pytest.mark.parametrize("rate", [0.01, 0.3, 5.0])
+def test_runs_of_an_answer_are_each_finer_than_the_one_before(tolerance, rate):
+    scene = replace(PLANAR, rate=rate)
+    runs = levels.first_runs(scene, tolerance)
+    assert len(runs) >= 3
+    for (coarse, local), (fine, finer) in itertools.pairwise(runs):
+        assert coarse < fine
+        assert finer == pytest.approx(local * 0.1**0.5, rel=0.01)
+        assert coarse % 2 == 0
+    assert runs[0][0] >= 4
+    assert runs[0][1] <= 1e-4
+    scattered = levels.scatter(scene, runs[1][1])
+    assert scattered <= tolerance or len(runs) == 3
 
 
 def test_a_slow_ribbon_is_predicted():

@@ -196,10 +196,10 @@ def _elements(scene: Scene) -> list[tuple[float, float, bool]]:
 
 
 def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
-    """Errors of the Kirchhoff elements on random ribbons, each rung against the last.
+    """Errors of the Kirchhoff elements on random ribbons, each level against the last.
 
     The bound is one and a half times what 98 % of the smooth scenes stay below: a ribbon that rattles is
-    told by its run.  The last rung has nothing to be measured against: two fifths of the one before.
+    told by its run.  The last level has nothing to be measured against: two fifths of the one before.
     """
     _, result = _drawn("elements", _elements, scenes, seed, sweep, cost=expected_steps)
     snaps = np.array([[run[0] for run in runs] for runs in result])
@@ -210,7 +210,7 @@ def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     seconds = np.median([[run[1] for run in runs] for runs in result], axis=0)
     unit = Ribbon().inertial_time
     return {
-        "ladder": [list(rung) for rung in LADDER],
+        "ladder": [list(level) for level in LADDER],
         "bound": rounded([*bound, 0.4 * bound[-1]], 2),
         "typical": rounded([*typical, 0.4 * typical[-1]], 2),
         "seconds": rounded(seconds, 2),
@@ -358,9 +358,9 @@ def tables(result: Calibration) -> Iterator[Table]:
         yield Table(
             "Ribbons by elements: errors of the snap, rad",
             ["elements", "tolerance", "bound", "median", "CPU s"],
-            [[str(rung[0]), rung[1], *rest] for rung, *rest in zip(*laws_of, strict=True)],
+            [[str(level[0]), level[1], *rest] for level, *rest in zip(*laws_of, strict=True)],
             ["s", ".0e", ".1e", ".1e", ".3f"],
-            f"Against the last rung, of {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
+            f"Against the last, of {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
         )
     if result.drift:
         note = "Of the meshes' errors: the logarithm of their ratio."
