@@ -8,7 +8,7 @@ from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.results import Array, History, RestState
 from ribbonfem.row_buffer import some_steps
-from ribbonfem.rows import Columns, Rows, reactions_in
+from ribbonfem.rows import Columns, Rows, reactions_in, shapes_of
 from ribbonfem.scene import Scene
 
 from . import kernels
@@ -103,9 +103,9 @@ class Loop:
             self.motion.v[free] = velocity
             self.motion.a[free] = -gradient[free] / rod.inertia[free] - damping * velocity
         nodes = rod.nodes
-        shapes = ((nodes, 3), (nodes - 1, 3)) if configurations else ()
+        shapes = ((nodes, 3), (nodes - 1, 3), (nodes, 3)) if configurations else ()
         self.rows = Rows(kernels.ROW_SIZE, _COLUMNS, *shapes, every=every)
-        self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes - 1, 3)))
+        self.none = [np.empty((0, count, 3)) for count in (nodes, nodes - 1, nodes)]
 
     def go_on(self, given: RestState | History) -> None:
         """Make the state that at the end of a History, or that of a ribbon that is let go of."""
@@ -131,18 +131,17 @@ class Loop:
         motion.a[free] = -gradient[free] / rod.inertia[free] - rod.scene.scaled_damping * motion.v[free]
         motion.aux[free] = motion.v[free] if self.options.method in RINGING[1:] else motion.a[free]
 
-    def _room(self) -> tuple[Array, Array, Array]:
+    def _room(self) -> tuple[Array, ...]:
         """Where the next rows go."""
         rows, *configurations = self.rows.reserve()
-        x, m1 = configurations or self.none
         self.clock[kernels.ROW] = self.clock[kernels.PLACE] = 0.0
-        return some_steps(rows, self.rod.nodes), x, m1
+        return some_steps(rows, self.rod.nodes), *(configurations or self.none)
 
     def go(self, ends: Ends, course: kernels.Course) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         self.rows.kinks = ends.kinks
-        rows, x, m1 = self._room()
-        kernels.record(self.constants, ends, self.motion, self.scratch, course, -1, rows, x, m1, True)
+        room = self._room()
+        kernels.record(self.constants, ends, self.motion, self.scratch, course, -1, *room, True)
         while True:
             status = kernels.run(
                 self.constants,
@@ -152,14 +151,12 @@ class Loop:
                 course,
                 self.options,
                 self.every,
-                rows,
-                x,
-                m1,
+                *room,
             )
             self.rows.wrote(int(self.clock[kernels.ROW]))
             if status != kernels.FULL or self.rows.full:
                 return int(status)
-            rows, x, m1 = self._room()
+            room = self._room()
 
     def history(
         self,
@@ -174,7 +171,8 @@ class Loop:
         per_second = np.nan if self.options.method in RINGING else 1.0 / second
         taken, steps = self.rows.taken({kernels.ROW_TIME: second, kernels.ROW_VELOCITY: per_second})
         reactions = reactions_in(taken[0], kernels.ROW_REACTIONS, initial)
-        rows, *configurations = map(freeze, taken)
+        rows, *configurations = taken
+        freeze(rows)
         clock = self.clock
         time, control, height, slope, *energies, load, velocity = rows.T[: kernels.ROW_KEPT]
         return History(
@@ -188,7 +186,7 @@ class Loop:
             energies=dict(
                 zip(("kinetic", "elastic", "potential", "dissipated", "work"), energies, strict=True)
             ),
-            configurations=dict(zip(("positions", "normals"), configurations, strict=False)),
+            configurations=shapes_of(configurations, "normals", per_second),
             stats={
                 "steps": int(clock[kernels.STEPS]),
                 "newton_iterations": int(clock[kernels.ITERATIONS]),

@@ -111,7 +111,8 @@ def simulate(
     -------
     History
         `configurations` holds "positions" (rows, N, 3) in L and "normals" (rows, N - 1, 3), the
-        directors m1 of the edges.
+        directors m1 of the edges, and "velocities" (rows, N, 3) in L/s, where they do not ring ("newmark",
+        "midpoint", "discrete-gradient").
 
     Raises
     ------

@@ -248,7 +248,7 @@ class History(Controlled):
     energies: "kinetic", "elastic", "potential" (of weight), "dissipated" (by damping and retardation) and
         "work" (of all controls), each (rows,), in EI2/L; kinetic + elastic + potential + dissipated - work is
         constant in an exact solution.
-    configurations: "positions" (rows, nodes, 3) in L, and what else the model has.
+    configurations: "positions" (rows, nodes, 3) in L, "velocities" in L/s, and what else the model has.
     stats: steps, newton_iterations, rejected, seconds (of the solve alone);
         "numerical_dissipation", EI2/L, the energy that the method itself took, with the quadrature of the
         work and of the damping: what kinetic + elastic + dissipated - work has lost at the end (what it

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +57,19 @@ def reactions_in(rows: Array, first: int, initial: RestState | History | None) -
         begun = initial.reactions[-1] if isinstance(initial, History) else initial.reactions
         reactions[0] = np.where(np.isfinite(begun), begun, reactions[0])
     return freeze(reactions)
+
+
+def shapes_of(configurations: Sequence[Array], second: str, per_second: float) -> dict[str, Array]:
+    """Configurations of rows, by names: positions, what else, and velocities by their unit.
+
+    NaN as unit: velocities that ring from step to step are those of no motion, and are left out.
+    """
+    named = dict(zip(("positions", second, "velocities"), configurations, strict=False))
+    if math.isnan(per_second):
+        named.pop("velocities", None)
+    elif "velocities" in named:
+        named["velocities"] *= per_second
+    return {name: freeze(shape) for name, shape in named.items()}
 
 
 class Rows:

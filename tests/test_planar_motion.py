@@ -151,7 +151,7 @@ def test_configurations_may_be_left_out():
     scene = Scene(**PLANAR, rate=0.3, stop=0.1)
     bare, whole = elastica.simulate(scene, configurations=False), elastica.simulate(scene)
     assert not bare.configurations
-    assert set(whole.configurations) == {"positions", "curvature"}
+    assert set(whole.configurations) == {"positions", "curvature", "velocities"}
     np.testing.assert_array_equal(bare.height, whole.height)
 
 

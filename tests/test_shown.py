@@ -174,3 +174,36 @@ def test_films_stills_and_states_have_one_scale_and_show_both_ends(width):
     for one in (axes, stage.view):
         np.testing.assert_allclose(scales(one), scales(one)[0], rtol=1e-9)
     plt.close("all")
+
+
+@pytest.mark.parametrize("model", [kirchhoff, der, elastica, quasilinear])
+def test_velocities_are_the_motions_own_whichever_rows_are_kept(model):
+    planar = model in (elastica, quasilinear)
+    # (small, so that the quasi-linear beam's x is that of small slopes)
+    ringing = Scene(
+        compression=0.1 if planar else 0.4,
+        shear=0.0 if planar else 0.37,
+        start="U+" if planar else "U+S+",
+        rate=0.3,
+        stop=0.05,
+        damping=0.3,
+        hold=1.0,
+    )
+    whole = model.simulate(ringing, tolerance=1e-7, every=1, **MESH[model])
+    few = model.simulate(ringing, tolerance=1e-7, every=40, **MESH[model])
+    shapes = whole.configurations
+    # between kinks displacements are what velocities add up to
+    ends = np.searchsorted(whole.time, np.nextafter(ringing.stop / ringing.rate, 0.0))
+    for part in (slice(2, ends), slice(ends + 2, len(whole))):
+        time, x, v = whole.time[part], shapes["positions"][part], shapes["velocities"][part]
+        moved = np.sum(np.diff(time)[:, None, None] * 0.5 * (v[1:] + v[:-1]), axis=0)
+        np.testing.assert_allclose(moved, x[-1] - x[0], atol=2e-4 * np.abs(v).max())
+    for history in (whole, few):
+        strip = of_motion(history, 60)
+        middle = np.argmin(np.abs(strip.s - 0.5))
+        wanted, largest = (
+            np.interp(strip.time, history.time, history.velocity),
+            np.abs(history.velocity).max(),
+        )
+        np.testing.assert_allclose(strip.velocity[:, middle, 2], wanted, atol=0.01 * largest)
+    assert len(few) < 0.1 * len(whole)

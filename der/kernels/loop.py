@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ribbonfem.ends.kernels import LIFT, control_at
-from ribbonfem.jit.algebra import dot, mix, triple
+from ribbonfem.jit.algebra import dot, mix, put_triple, triple
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 
@@ -53,13 +53,13 @@ from .arrays import (
     WORK,
 )
 from .band import FIRST
-from .clamps import put_reactions
+from .clamps import drift, put_reactions
 from .frames import OPTIONS, edges
 from .steps import attempt, largest_move, sum_up
 
 
 @compiled(**OPTIONS)
-def record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, kept):
+def record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, row_v, kept):
     """Write the next row; configurations only if it is kept and there is room for them.
 
     One that is not kept has what events are found in, and no elastic energy, load or reactions, which cost
@@ -113,6 +113,14 @@ def record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, kept):
     if kept and place < row_x.shape[0]:
         copy(motion.x, row_x[place])
         copy(motion.m1, row_m1[place])
+        # (of the clamps the motion knows no velocities; the first row is of the instant before they move)
+        rate = 0.0
+        if phase >= 0:
+            _, rate, _ = control_at(ends, phase, clock[TIME])
+        drift(rod, ends, clock[CONTROL], rate, s.rate)
+        for i in range(nodes):
+            of = v if 1 < i < nodes - 2 else s.rate
+            put_triple((of[4 * i], of[4 * i + 1], of[4 * i + 2]), row_v[place], i)
         clock[PLACE] += 1.0
     held = kinetic + rows[row, ROW_ELASTIC] + potential - clock[WORK]
     if clock[STEPS] == 0.0:
@@ -131,7 +139,7 @@ def _energy(motion, rows, row):
 
 
 @compiled(**OPTIONS)
-def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
+def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1, row_v):
     """Step until the end of the control's motion, until decided or snapped (DONE), until the rows are full
     (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
 
@@ -202,7 +210,7 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
         kept = done or clock[SINCE] >= every or clock[AFTER] > 0.0
         if kept:
             clock[SINCE] = 0.0
-        if record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, kept):
+        if record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, row_v, kept):
             return BLOWN
         row = int(clock[ROW]) - 1
         if clock[TIME] >= course.settled and _energy(motion, rows, row) < course.barrier:
@@ -210,7 +218,7 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1):
                 return DONE
             # the last row is a whole one
             clock[ROW] -= 1.0
-            record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, True)
+            record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, row_v, True)
             return DONE
         if course.snap:
             height = rows[row, ROW_HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * clock[CONTROL])

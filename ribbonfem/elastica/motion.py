@@ -116,7 +116,7 @@ class Motion:
         motion = arrays.Motion(**{name: value.copy() for name, value in state.items()})
         self.clock, self.scheme = motion.clock, scheme
         nodes, past = len(problem.arclength), means.KEPT if scheme.kind == MEAN else 0
-        self._rows = np.empty((rows, nodes, 3)), np.empty((rows, nodes)), np.empty(rows)
+        self._rows = [np.empty((rows, *shape)) for shape in ((nodes, 3), (nodes,), (nodes, 3), ())]
         self.model = arrays.Moving(
             beam,
             solver(elements),
@@ -130,10 +130,10 @@ class Motion:
         law = {name: getattr(self.model.beam, name).copy() for name in LAW}
         return {name: value.copy() for name, value in self.model.motion._asdict().items()} | law
 
-    def observed(self, count: int) -> tuple[Array, Array, Array]:
-        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
-        positions, curvature, slope = self._rows
-        return slope[:count], positions[:count], curvature[:count]
+    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
+        positions, curvature, velocities, slope = (of[:count] for of in self._rows)
+        return slope, positions, curvature, velocities
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""
@@ -210,8 +210,8 @@ def simulate(
 
     Returns
     -------
-    `History`, with the nodes' "positions" (rows, nodes, 3) in L and "curvature" (rows, nodes) in 1/L as
-        configurations.
+    `History`, with the nodes' "positions" (rows, nodes, 3) in L, "velocities" in L/s and "curvature" (rows,
+        nodes) in 1/L as configurations; of "discrete-gradient", whose velocities ring, without these.
 
     Raises
     ------

@@ -54,7 +54,7 @@ __all__ = [
     "state",
 ]
 
-ELEMENTS = 32
+ELEMENTS = 20
 
 
 def _rest(problem: Statics, frames: Frames, angle: float, index: int, scene: Scene) -> RestState:

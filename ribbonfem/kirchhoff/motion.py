@@ -38,7 +38,7 @@ from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import Array, History, RestState, SolverError, snaps_since, told
 from ribbonfem.row_buffer import some_steps
-from ribbonfem.rows import Columns, Rows, reactions_in
+from ribbonfem.rows import Columns, Rows, reactions_in, shapes_of
 from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import LARGEST_TURN, Control, problem_of
@@ -145,7 +145,8 @@ def simulate(
     -------
     History
         `configurations` holds "positions" (rows, nodes, 3) in L and "normals" (rows, nodes, 3),
-        the directors m1, at the Gauss-Lobatto nodes.
+        the directors m1, at the Gauss-Lobatto nodes, and "velocities" (rows, nodes, 3) in L/s, where they do
+        not ring ("discrete-gradient").
 
     Raises
     ------
@@ -306,18 +307,19 @@ class Loop:
         stages = conserving.STAGES if scheme.kind == MEAN else scheme.stages
         self.scratch = arrays.scratch(elements, stages, rod.retardation > 0.0)
         nodes = len(motion.x)
-        shapes = ((nodes, 3), (nodes, 3)) if configurations else ()
+        shapes = ((nodes, 3), (nodes, 3), (nodes, 3)) if configurations else ()
         self.rows = Rows(arrays.ROW_SIZE, _COLUMNS, *shapes, every=every)
-        self.none = (np.empty((0, nodes, 3)), np.empty((0, nodes, 3)))
+        self.none = [np.empty((0, nodes, 3))] * 3
 
     def go(self, ramp: Ramp) -> int:
         """Run to the end or until it fails; returns the status of the compiled loop."""
         self.rows.kinks = ramp.ends.kinks
         while True:
             rows, *configurations = self.rows.reserve()
-            x, m1 = configurations or self.none
             self.motion.clock[ROWS] = self.motion.clock[PLACES] = 0.0
-            model = arrays.Moving(self.rod, self.solver, self.scratch, self.motion, x, m1)
+            model = arrays.Moving(
+                self.rod, self.solver, self.scratch, self.motion, *(configurations or self.none)
+            )
             some = some_steps(rows, len(self.motion.x))
             status = loop_of(self.scheme)(model, self.scheme, ramp, some)
             self.rows.wrote(int(self.motion.clock[ROWS]))
@@ -337,11 +339,12 @@ class Loop:
         per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
         taken, steps = self.rows.taken({0: second, VELOCITY: per_second})
         reactions = reactions_in(taken[0], REACTIONS, initial)
-        rows, *configurations = map(freeze, taken)
+        rows, *configurations = taken
+        freeze(rows)
         clock = self.motion.clock
         law = {name: getattr(self.rod, name).copy() for name in LAW}
         columns = rows.T
-        kept = dict(zip(("positions", "normals"), configurations, strict=False))
+        kept = shapes_of(configurations, "normals", per_second)
         return History(
             time=columns[0],
             control=columns[1],

@@ -175,14 +175,18 @@ def of_motion(history: History, frames: int = 150, until: float | None = None) -
 
     positions = history.configurations["positions"]
     normals, curvature = map(history.configurations.get, ("normals", "curvature"))
-    kinks = history.kinks(history.time, history.control)
-    rates = {row: _rates(history.time, positions, row, kinks) for row in sorted({*k, *after})}
-    weight = share[:, None, None]
+    velocities = history.configurations.get("velocities")
+    if velocities is None:
+        # of methods whose velocities ring, and of files of a version that did not keep them
+        kinks = history.kinks(history.time, history.control)
+        velocities = np.zeros_like(positions)
+        for row in {*k, *after}:
+            velocities[row] = _rates(history.time, positions, row, kinks)
     return _strip(
         history.arclength,
         at(positions),
         None if normals is None else at(normals),
-        np.stack([rates[a] for a in k]) * (1.0 - weight) + np.stack([rates[b] for b in after]) * weight,
+        at(velocities),
         None if curvature is None else at(curvature),
         time=time,
         angle=at(history.control),

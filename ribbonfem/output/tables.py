@@ -29,6 +29,7 @@ _COLUMNS = {
     "positions": ("positions of the nodes", "L"),
     "normals": ("unit vectors m1 normal to the surface", "1"),
     "curvature": ("curvature about the width", "1/L"),
+    "velocities": ("velocities of the nodes", "L/s"),
     "force": ("force of a clamp on the ribbon", "EI2/L^2"),
     "moment": ("moment of a clamp on the ribbon about its own point", "EI2/L"),
     "s": ("arclength of the nodes", "L"),

@@ -52,8 +52,8 @@ def _surface(strip: Strip, frame: int) -> tuple[Array, Array]:
 def fields(strip: Strip, frame: int) -> dict[str, Array]:
     """Fields (nodes,) or (nodes, 3) of an instant: curvatures, twist, velocity, energy density.
 
-    kappa1, kappa2 and tau in 1/L; velocity in L/s, of a motion: the derivative of the polynomial through
-    seven of its rows, whatever the frames; the density of bending and twist in EI2/L^2.
+    kappa1, kappa2 and tau in 1/L; velocity in L/s, of a motion: its own, of methods that let velocities ring
+    the derivative of the polynomial through seven rows; the density of bending and twist in EI2/L^2.
     """
     kappa1, kappa2, tau = strip.kappa1[frame], strip.kappa2[frame], strip.tau[frame]
     ratio, twist = strip.scene.ribbon.bending_ratio, strip.scene.ribbon.twist_ratio

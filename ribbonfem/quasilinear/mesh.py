@@ -75,12 +75,23 @@ class Mesh:
     def shapes(self, dofs: Array, compression: float) -> Array:
         """Positions (rows, nodes, 3) in L of dofs (rows, n + 4); x is shortened by the slope."""
         result = np.zeros((len(dofs), len(self.nodes), 3))
-        square = self.shares[:, None] * (self.slope @ dofs.T) ** 2
-        lost = square.reshape(len(self.nodes) - 1, -1, len(dofs)).sum(axis=1)
         result[:, :, 0] = self.nodes
-        result[:, 1:, 0] -= 0.5 * compression * np.cumsum(lost, axis=0).T
+        result[:, 1:, 0] -= 0.5 * compression * self._along(dofs, dofs)
         result[:, :, 2] = compression**0.5 * (self.value @ dofs.T).T
         return result
+
+    def velocities(self, dofs: Array, rates: Array, compression: float) -> Array:
+        """Rates (rows, nodes, 3) of `shapes` by the rates (rows, n + 4) of the dofs."""
+        result = np.zeros((len(dofs), len(self.nodes), 3))
+        result[:, 1:, 0] = -compression * self._along(dofs, rates)
+        result[:, :, 2] = compression**0.5 * (self.value @ rates.T).T
+        return result
+
+    def _along(self, one: Array, other: Array) -> Array:
+        """int Z' Y' dx (rows, nodes - 1) from the left clamp to the nodes, of the slopes of both."""
+        product = self.shares[:, None] * (self.slope @ one.T) * (self.slope @ other.T)
+        by_element = product.reshape(len(self.nodes) - 1, -1, len(one)).sum(axis=1)
+        return np.asarray(np.cumsum(by_element, axis=0).T)
 
 
 def _tables(elements: int, degree: int, order: Array, local: Array) -> tuple[Array, Array, Array]:

@@ -73,22 +73,23 @@ class Motion:
     def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
         n = problem.mesh.count
         self.scheme, self.problem = scheme, problem
-        self._dofs = np.empty((rows, n + ENDS))
+        self._dofs, self._rates = np.empty((2, rows, n + ENDS))
         motion = beam.Motion(**{name: value.copy() for name, value in begin.items()})
         self.clock = motion.clock
         memory = beam.scratch(n, problem.mesh.width, scheme.stages)
-        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs)
+        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates)
 
     def kept(self) -> dict[str, Array]:
         """What it goes on from."""
         return {name: value.copy() for name, value in self.model.motion._asdict().items()}
 
-    def observed(self, count: int) -> tuple[Array, Array, Array]:
-        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
-        dofs, mesh, scale = self._dofs[:count], self.problem.mesh, self.problem.scale
+    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
+        dofs, rates = self._dofs[:count], self._rates[:count]
+        mesh, scale, compression = self.problem.mesh, self.problem.scale, self.problem.compression
         slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
-        shapes = mesh.shapes(dofs, self.problem.compression)
-        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T
+        shapes, velocities = mesh.shapes(dofs, compression), mesh.velocities(dofs, rates, compression)
+        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T, velocities
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""

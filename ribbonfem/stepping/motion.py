@@ -9,7 +9,7 @@ from typing import Any
 
 from ribbonfem.frozen import freeze
 from ribbonfem.results import Array, History, RestState, SolverError, told
-from ribbonfem.rows import Rows, reactions_in
+from ribbonfem.rows import Rows, reactions_in, shapes_of
 from ribbonfem.scene import Scene
 
 from .kernels import KEPT, REACTIONS
@@ -24,7 +24,7 @@ class Motion:
     Attributes
     ----------
     rows: with the columns of the time loop, slopes, and where configurations are kept positions (rows,
-        nodes, 3) in L and curvature (rows, nodes) in 1/L.
+        nodes, 3) in L, curvature (rows, nodes) in 1/L and velocities (rows, nodes, 3) in L/t*.
     stats: as in `History`.
     problem: why the end was not reached, a sentence; empty if it was.
     resume: what the model's stepper goes on from.
@@ -60,7 +60,8 @@ class Motion:
         units = (second, 1.0, length, *(length**2,) * 5, 1.0, math.nan if self.rings else length / second)
         taken, steps = self.rows.taken(dict(enumerate(units)))
         reactions = reactions_in(taken[0], REACTIONS, initial)
-        whole, *shapes = map(freeze, taken)
+        whole, *shapes = taken
+        freeze(whole)
         time, angle, height, *energies, load, velocity = whole.T[:KEPT]
         history = History(
             time=time,
@@ -68,7 +69,7 @@ class Motion:
             height=height,
             slope=whole[:, -1],
             energies=dict(zip(ENERGIES, energies, strict=True)),
-            configurations=dict(zip(("positions", "curvature"), shapes, strict=False)),
+            configurations=shapes_of(shapes, "curvature", math.nan if self.rings else 1.0 / second),
             load=load,
             arclength=arclength,
             velocity=velocity,

@@ -71,8 +71,8 @@ class Moving(Protocol):
         """What it goes on from, by names."""
         ...
 
-    def observed(self, count: int) -> tuple[Array, Array, Array]:
-        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
+    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
         ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:
@@ -114,7 +114,7 @@ def integrate(
     OptionError, SceneError
         For a run of more steps, or more memory, than `options.require_duration` allows.
     """
-    row = 8.0 * (kernels.ROW_SIZE + 1 + 4 * nodes * configurations)
+    row = 8.0 * (kernels.ROW_SIZE + 1 + 7 * nodes * configurations)
     if held is None:
         require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
         ends = moving(scene, began=began)
@@ -141,7 +141,9 @@ def integrate(
             ends=held_ends(scene, float(ends.reached[0]), 1e-6, began), end=1e-6, fixed=1e-6
         )
         begin(scheme, 8).run(short, np.empty((8, kernels.ROW_SIZE)))
-    kept = Rows(kernels.ROW_SIZE + 1, _COLUMNS, *((nodes, 3), (nodes,))[: 2 * configurations], every=every)
+    kept = Rows(
+        kernels.ROW_SIZE + 1, _COLUMNS, *((nodes, 3), (nodes,), (nodes, 3))[: 3 * configurations], every=every
+    )
     kept.kinks = ramp.ends.kinks
     rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), nodes)
     began = time.perf_counter()
@@ -152,7 +154,7 @@ def integrate(
         status = beam.run(ramp, rows)
         count = int(clock[kernels.ROWS])
         slope, *shapes = beam.observed(count)
-        kept.append(np.column_stack((rows[:count], slope)), *shapes[: 2 * configurations])
+        kept.append(np.column_stack((rows[:count], slope)), *shapes[: 3 * configurations])
         full = kept.full
     seconds = time.perf_counter() - began
     return Motion(

@@ -76,8 +76,8 @@ class Scratch(NamedTuple):
 class Moving(NamedTuple):
     """A beam in motion.
 
-    `row_x` (rows, nodes, 3), `row_bend` (rows, nodes) and `row_slope` (rows,) take positions, phi' and, at
-    midspan, sin phi of rows.
+    `row_x` (rows, nodes, 3), `row_bend` (rows, nodes), `row_v` (rows, nodes, 3) and `row_slope` (rows,) take
+    positions, phi', velocities and, at midspan, sin phi of rows.
     """
 
     beam: Beam
@@ -86,6 +86,7 @@ class Moving(NamedTuple):
     motion: Motion
     row_x: Array
     row_bend: Array
+    row_v: Array
     row_slope: Array
 
 

@@ -17,8 +17,8 @@ from .energies import put_reactions
 
 @compiled(**OPTIONS)
 def _record_shape(model: Moving, row: int) -> None:
-    """Positions, and phi' at the nodes; of a node between elements the mean of both."""
-    beam, u, bends = model.beam, model.motion.u, model.solver.points
+    """Positions, velocities, and phi' at the nodes; of a node between elements the mean of both."""
+    beam, u, v, bends = model.beam, model.motion.u, model.motion.v, model.solver.points
     for group in range(u.shape[0]):
         for i in range(P + 1):
             bend = spread(0.0)
@@ -32,6 +32,9 @@ def _record_shape(model: Moving, row: int) -> None:
                 model.row_x[row, first + i, 0] = u[group, i, place]
                 model.row_x[row, first + i, 1] = 0.0
                 model.row_x[row, first + i, 2] = u[group, Z + i, place]
+                model.row_v[row, first + i, 0] = v[group, i, place]
+                model.row_v[row, first + i, 1] = 0.0
+                model.row_v[row, first + i, 2] = v[group, Z + i, place]
                 model.row_bend[row, first + i] = bends[0, i, place]
             model.row_bend[row, first] = 0.5 * (before + bends[0, 0, place])
 

@@ -79,7 +79,7 @@ class Scratch(NamedTuple):
 
 @by_reference
 class Moving(NamedTuple):
-    """A rod in motion; `row_x` and `row_m1` (rows, nodes, 3) take the configurations of rows, if any."""
+    """A rod in motion; `row_x`, `row_m1`, `row_v` (rows, nodes, 3) take configurations of rows, if any."""
 
     rod: Rod
     solver: Solver
@@ -87,6 +87,7 @@ class Moving(NamedTuple):
     motion: Motion
     row_x: Array
     row_m1: Array
+    row_v: Array
 
 
 def strains(elements: int, retards: bool) -> Array:

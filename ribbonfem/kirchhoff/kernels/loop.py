@@ -345,6 +345,7 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
         for i in range(y.g.shape[0]):
             put_triple(triple(y.x, i), model.row_x[place], i)
             put_triple(carried(quaternion(y.g, i), (0.0, 0.0, 1.0)), model.row_m1[place], i)
+            put_triple(triple(y.v, i), model.row_v[place], i)
 
 
 _loop = loop_of(

@@ -109,12 +109,13 @@ class Scratch(NamedTuple):
 
 @by_reference
 class Moving(NamedTuple):
-    """A beam in motion; `row_z` (rows, n + 4) takes z and e of rows."""
+    """A beam in motion; `row_z` and `row_v` (rows, n + 4) take z and e of rows, and their rates."""
 
     beam: Beam
     scratch: Scratch
     motion: Motion
     row_z: Array
+    row_v: Array
 
 
 def scratch(count: int, width: int, stages: int) -> Scratch:

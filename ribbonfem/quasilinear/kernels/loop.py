@@ -254,10 +254,12 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
     height, velocity = dot(middle[:n], y.z), dot(middle[:n], y.v)
     for k in range(n):
         model.row_z[row, k] = y.z[k]
+        model.row_v[row, k] = y.v[k]
     for c in range(ENDS):
         height += middle[n + c] * y.ends[0, c]
         velocity += middle[n + c] * y.ends[1, c]
         model.row_z[row, n + c] = y.ends[0, c]
+        model.row_v[row, n + c] = y.ends[1, c]
     rows[row, HEIGHT], rows[row, VELOCITY] = height, velocity
     if rows[row, KEPT] == 0.0:
         return
