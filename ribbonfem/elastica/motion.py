@@ -131,7 +131,7 @@ class Motion:
         return {name: value.copy() for name, value in self.model.motion._asdict().items()} | law
 
     def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocities."""
         positions, curvature, velocities, slope = (of[:count] for of in self._rows)
         return slope, positions, curvature, velocities
 

@@ -84,7 +84,7 @@ class Motion:
         return {name: value.copy() for name, value in self.model.motion._asdict().items()}
 
     def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocities."""
         dofs, rates = self._dofs[:count], self._rates[:count]
         mesh, scale, compression = self.problem.mesh, self.problem.scale, self.problem.compression
         slope = scale * np.sum(dofs * mesh.middle[1], axis=1)

@@ -72,7 +72,7 @@ class Moving(Protocol):
         ...
 
     def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvatures (rows, nodes), velocities."""
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocities."""
         ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:
