@@ -1,4 +1,4 @@
-"""The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
+"""The command line ``ribbonfem COMMAND`` (also ``python -m compare COMMAND``): options, help, exit status.
 
 A command (`compare.report.registry`): the keyword parameters of its `main` are its options, its
 docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a

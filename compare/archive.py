@@ -1,4 +1,4 @@
-"""Results in files: any frozen record of the package, whole or not at all, read back equal to itself.
+"""Results saved to files and loaded again: any frozen record of the package, equal to what was saved.
 
 A file is a zip of one JSON tree and of the arrays in it as ``.npy``.  It holds data and no code: what is
 read back are numbers, words, containers, arrays and the package's own dataclasses, and nothing else can

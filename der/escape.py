@@ -1,4 +1,4 @@
-"""The rod that leaves a fold by itself: what predicts delays to the next order."""
+"""Public `escape` of the rod: the motion that leaves a fold by itself, for predictions of delays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a motion begins with in place of the scene's start: a state at rest, or another motion's end."""
+"""Initial states of a rod's motion other than the scene's start: a state at rest, a motion's end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ribbon in motion: `simulate`.
+"""Public `simulate` of the rod: from a scene to the arrays and options of its compiled time loop.
 
 Time integrators (in the kernels; q are positions and angles, M the lumped mass):
 

@@ -1,4 +1,4 @@
-"""Controls of the bench, and the one scalar that moves them.
+"""The eight controls (turn, twist and place of the clamps, a force), and the `Drive` that moves them.
 
     left, right              turn of a clamp, rad, > 0 down: t(0) = (cos, 0, -sin), t(L) = (cos, 0, +sin)
     twist_left, twist_right  about the clamp's own tangent, rad, right-handed about +x at rest

@@ -1,4 +1,4 @@
-"""The ribbon: a strip of a rectangular section, its ratios and units, and what may be wrong with it."""
+"""The `Ribbon`: length, section, Young's modulus, density, stiffness ratios, natural shape, units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens to the ribbon: the statement of the problem, and nothing of how it is computed.
+"""The `Scene`: pre-deformation, drive, rate, loads and damping; the statement of the problem, checked.
 
 The ribbon is clamped at both ends.  Its right clamp is moved to ``x = L - dL``, ``y = -dW`` and
 kept; then one scalar, the control, moves what the scene's `Drive` says (`ribbonfem.drive`): by default the

@@ -1,4 +1,4 @@
-"""How a control moves in time: values at instants, and a curve through them."""
+"""The `Schedule` of a control in time: values at instants, and a smooth or linear curve through them."""
 
 from __future__ import annotations
 

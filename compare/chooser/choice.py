@@ -1,4 +1,4 @@
-"""The cheapest model that will do: which to run for one number of a scene, how fine, and why.
+"""`choose`: which model, mesh and tolerance give one number of a scene to an accuracy at least cost.
 
 `choose` plans, from the measured laws of `laws` and in a millisecond; `Choice.run` does it (`plans`).
 In order of cost:

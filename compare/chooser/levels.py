@@ -1,6 +1,4 @@
-"""Scenes by elements, of the elastica where they are planar and of the Kirchhoff rod elsewhere: one run where
-a law bounds it, else several on finer and finer meshes, at smaller and smaller tolerances, that check each
-other.
+"""Refinement of finite elements in motion: levels of mesh and tolerance, and the error claimed of them.
 
 The error that is claimed is the larger of two.  One is what the last runs differ by, times a factor: a single
 difference may be small by chance, so it counts more than the last of several; and where the one before was

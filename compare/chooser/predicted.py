@@ -1,4 +1,4 @@
-"""The snap of a slow ribbon without a run: its fold from finite elements, its delay from `predict_snap`."""
+"""The snap of a slow ribbon without a simulation: fold by finite elements, delay by `predict_snap`."""
 
 from __future__ import annotations
 

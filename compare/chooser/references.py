@@ -1,4 +1,4 @@
-"""The snap of a scene, finer than any choice, and a witness of it: what answers are held against."""
+"""Reference snaps of scenes, finer than any choice, with a second model beside: to check answers against."""
 
 from __future__ import annotations
 

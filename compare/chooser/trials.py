@@ -1,4 +1,4 @@
-"""Scenes drawn at random, and the snap of one by one run: what the laws are measured and checked with."""
+"""Random scenes and their snaps by single runs: samples to calibrate and to check the cost laws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an outcome changes along a line of one parameter: solved for, and a band where it is no point.
+"""Search for the value of one parameter at which the outcome changes, along many lines side by side.
 
 Many lines are solved side by side, one step of each a round, so that a sweep has work for all its workers.
 A change that is found is looked at from both sides: where runs near it do not keep to their side, there is a

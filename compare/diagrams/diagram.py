@@ -1,4 +1,4 @@
-"""The two diagrams of the paper: skipping (Fig. 11) and selection (Fig. 14), with shares and boundaries."""
+"""`skipping_diagram` (Fig. 11) and `selection_diagram` (Fig. 14): outcomes sampled over rate and damping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands of diagrams have in common: several of them, in one model or both, and as published."""
+"""The report of the commands skipping and selection: their computation, summary, tables, figures."""
 
 from __future__ import annotations
 

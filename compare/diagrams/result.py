@@ -1,4 +1,4 @@
-"""A diagram of what ramps do: shares of outcomes over cells of rate and damping."""
+"""The result class `Diagram`: shares of outcomes in cells of rate and damping, with boundaries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagrams told: numbers for programs, tables, and figures."""
+"""Figures, tables and JSON numbers of diagrams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The inverse question: at which rate, damping, compression, shear or stop does an outcome begin or end?"""
+"""`threshold`: the value of a scene's parameter at which an outcome begins or ends, refined in the mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Examples, one a file: `main(**parameters)` asks one thing of the models, `look(found)` draws the answer.
+"""Examples, one a file: `main(**parameters)` runs the models on one problem, `look(found)` draws the result.
 
 Each is written in the same order: problem, discretisation, solver, run, look.  `main` writes and prints
 nothing and returns a frozen result of numbers, so that `look` needs no model; the guide's pictures are

@@ -1,4 +1,4 @@
-"""AUTO-07p on the ribbon at rest: the equations it is given, one run of it, what it found.
+"""AUTO-07p on the ribbon at rest: equations written as Fortran, a run, the folds that it finds.
 
 The boundary-value problem is that of the paper's section 3.1 in the smallest form that quaternions
 allow: four of a unit quaternion and three moments in the frame of the rod are the functions; the

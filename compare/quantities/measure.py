@@ -1,4 +1,4 @@
-"""Quantities of any model (fold, snap, shape, energy), their CPU time; its mesh sizes and declared orders.
+"""Quantities of any model (fold, snap, shape, energy) with their CPU time, by its public functions alone.
 
 Every measure goes through the functions of a model and nothing else of it.
 """

@@ -1,4 +1,4 @@
-"""What a command is, and which there are; the order of the report, and its redrawing."""
+"""The registry: the list of all commands, what a command consists of, and the order of the report."""
 
 from __future__ import annotations
 

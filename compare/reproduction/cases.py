@@ -1,4 +1,4 @@
-"""The paper's named runs of skipping and selection, settled by refining both models."""
+"""The paper's named runs of skipping and selection in both models, refined until their outcome is sure."""
 
 from __future__ import annotations
 

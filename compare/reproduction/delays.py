@@ -1,4 +1,4 @@
-"""The systems whose delays are measured, and one measurement."""
+"""The systems whose delays are measured, and one measurement, for the command `delay`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's diagrams over rate and damping (Figs. 11 and 14): its named runs in them, and the commands."""
+"""The paper's settings of the diagrams over rate and damping (Figs. 11 and 14), and their two commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The laws by which the cheapest model is chosen, measured anew."""
+"""The laws of cost and error by which the cheapest model is chosen, measured anew."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the chooser keep its word?  Scenes drawn at random, each against a finer reference, and its cost."""
+"""Does the chooser meet its tolerance?  Random scenes, each against a finer reference, and its cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast is the rod's time loop, and where does its time go?"""
+"""How fast is the rod's time loop, and where does its time go?  A benchmark of steps, kernels and ramps."""
 
 from __future__ import annotations
 

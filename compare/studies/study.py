@@ -1,4 +1,4 @@
-"""The runner that the campaigns share: cases times configurations, each measured, in rows."""
+"""The runner that the studies share: cases times configurations, each measured, in rows."""
 
 from __future__ import annotations
 

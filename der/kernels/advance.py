@@ -1,4 +1,4 @@
-"""Accept a time step of the rod; its accelerations anew where the control's rate or the force jumps."""
+"""What follows an accepted step of the rod: frames, accelerations, energies; restarts at kinks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kernels of a rod in motion are given: names of methods, places in arrays, tuples of arrays."""
+"""Tuples of arrays and numbers of methods that the compiled time loop of the rod works on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The time loop of the rods: control of steps, rows."""
+"""The compiled time loop of the rods: control of steps, rejection, output rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps of a rod in motion: stages, Newton, errors."""
+"""One time step of a rod by each method: stages, Newton's method, error estimates."""
 
 from __future__ import annotations
 

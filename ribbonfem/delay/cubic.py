@@ -1,4 +1,4 @@
-"""The normal form to the next order: what its cubic term does to the time at which it leaves.
+"""The cubic term of a fold's normal form: by how much it moves the time at which the solution blows up.
 
 All in y = a2 A (1/s^2), y'' + nu y' = y^2 + gamma y^3 (+ c a2 rate T on the ramp), to first order in
 gamma.  Towards infinity the time at which y is reached moves by

@@ -1,4 +1,4 @@
-"""How a motion leaves a fold: the state and velocity of the normal form's unstable solution there."""
+"""The initial state of a motion that leaves a fold: on the unstable solution of the fold's normal form."""
 
 from __future__ import annotations
 

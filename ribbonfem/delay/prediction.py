@@ -1,4 +1,4 @@
-"""The delay that a normal form predicts."""
+"""The delay of a snap behind its fold to leading order, by the fold's normal form; the class `Delay`."""
 
 from __future__ import annotations
 

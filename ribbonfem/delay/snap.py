@@ -1,4 +1,4 @@
-"""The snap of a ramp to the next order, from statics and one escape from the fold."""
+"""The delay of a snap to the next order (`predict_snap`), from statics and one escape from the fold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The planar elastica: a geometrically exact beam, with or without stretch."""
+"""The planar elastica by finite elements: a geometrically exact beam, with or without stretch."""
 
 from ribbonfem.names import public
 

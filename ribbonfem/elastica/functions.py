@@ -1,4 +1,4 @@
-"""The functions of the planar elastica."""
+"""Public functions of the elastica at rest: folds, instabilities, equilibria, normal forms, frequencies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a motion of the elastica begins with: a given state at rest, or another motion's last instant."""
+"""Initial states of a motion of the elastica: an equilibrium, a given state, another motion's end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`simulate` and `escape` of the elastica: from a scene to arrays of the time loop, `kernels/loop.py`."""
+"""Public `simulate` and `escape` of the elastica: a scene made into arrays for the compiled time loop."""
 
 from __future__ import annotations
 

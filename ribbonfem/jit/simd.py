@@ -1,4 +1,4 @@
-"""Numbers four at a time: a value of compiled code that holds one number of each of four elements.
+"""SIMD numbers: one value of compiled code holds a number of each of four elements.
 
 What is the same for every element of a mesh, one after the other, is done for four at once:
 `+ - * /` act on each of the four, or on all with one float.  The compiler does not have to find

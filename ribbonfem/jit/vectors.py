@@ -1,4 +1,4 @@
-"""The numbers of `lanes` as the compiler has them: a type of its own, the processor's vector."""
+"""SIMD numbers as a type of numba's: the processor's vector of four floats, and its operations."""
 
 from __future__ import annotations
 

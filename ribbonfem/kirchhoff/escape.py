@@ -1,4 +1,4 @@
-"""`escape`: motion of a ribbon from a perturbed fold, the control held; it corrects predicted delays."""
+"""Public `escape` of the ribbon: the motion that leaves a fold by itself, for predictions of delays."""
 
 from __future__ import annotations
 

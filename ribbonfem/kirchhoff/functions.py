@@ -1,4 +1,4 @@
-"""The ribbon at rest: an inextensible, unshearable Kirchhoff rod in three dimensions (paper, section 3.1).
+"""Public functions of the ribbon at rest: folds, equilibria, states, pitchforks, saddle (paper, section 3.1).
 
 Frames are unit quaternions in continuous fifth-degree elements, interpolated and normalised; the
 force in the rod, constant along it, is the multiplier of the position of its right end.  With p

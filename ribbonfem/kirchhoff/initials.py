@@ -1,4 +1,4 @@
-"""What a motion begins with: an equilibrium, a given state at rest, or another motion's last instant."""
+"""Initial states of a ribbon's motion: an equilibrium, a given state, another motion's last instant."""
 
 from __future__ import annotations
 

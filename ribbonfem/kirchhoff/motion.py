@@ -1,4 +1,4 @@
-"""The ribbon in motion by finite elements: a geometrically exact rod without shear.
+"""Public `simulate` of the ribbon: from a scene to arrays and through the compiled time loop.
 
 With lengths in L, forces in EI2/L^2, time in t*, c = EI2 / (EA L^2) or 0, the rod has the energy
 

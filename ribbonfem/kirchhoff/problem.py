@@ -1,4 +1,4 @@
-"""The Kirchhoff rod on a mesh: frames at the nodes, equilibrium equations in one parameter.
+"""Mesh, unknowns and equilibrium equations of the Kirchhoff rod in one parameter, for continuation.
 
 Among rods with given end frames and a given chord R, an equilibrium is a stationary point of
 

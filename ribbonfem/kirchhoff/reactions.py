@@ -1,4 +1,4 @@
-"""What the clamps do to a Kirchhoff rod at rest."""
+"""Forces and moments of both clamps on a Kirchhoff rod at rest."""
 
 from __future__ import annotations
 

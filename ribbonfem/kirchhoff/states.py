@@ -1,4 +1,4 @@
-"""The ribbon's states by name, at alpha = 0: where they are, what they are, where they fork.
+"""Start states of the ribbon by name (U+S+, ...) at alpha = 0: found, classified, and where they bifurcate.
 
 A ribbon sheared from the planar buckled state U keeps z(s) = z(1 - s) until a pitchfork, at which
 that symmetry breaks (US); at a second one, z(1/2) reaches 0 (S); past a third the unbroken U is

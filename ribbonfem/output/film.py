@@ -1,4 +1,4 @@
-"""Films and stills of a ribbon in motion: its surface, in perspective and from above, beside z of alpha."""
+"""Films and stills of a ribbon in motion (GIF, MP4), beside its curve of z over alpha."""
 
 from __future__ import annotations
 

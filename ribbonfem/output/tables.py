@@ -1,4 +1,4 @@
-"""Results as tables of other programs: `pandas.DataFrame` and `xarray.Dataset`, with their units."""
+"""Results exported to `pandas.DataFrame` and `xarray.Dataset`, with units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quasi-linear beam: small slopes, end-shortening as a global constraint."""
+"""The quasi-linear beam by finite elements: small slopes, end-shortening as a global constraint."""
 
 from ribbonfem.names import public
 

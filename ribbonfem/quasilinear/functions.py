@@ -1,4 +1,4 @@
-"""The functions of the quasi-linear beam."""
+"""Public functions of the quasi-linear beam: folds, equilibria, frequencies, `simulate`, `escape`."""
 
 from __future__ import annotations
 

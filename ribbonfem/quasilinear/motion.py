@@ -1,4 +1,4 @@
-"""The quasi-linear beam as arrays for the compiled time loop."""
+"""From a scene to the arrays of the quasi-linear beam in motion, and from rows of dofs to shapes."""
 
 from __future__ import annotations
 

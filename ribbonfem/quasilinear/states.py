@@ -1,4 +1,4 @@
-"""Where a motion or a curve of the quasi-linear beam begins: what leads to the start, or another motion."""
+"""Start states of the quasi-linear beam: the loading that leads to a scene's start; a motion's end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the steps of all that moves by finite elements are controlled, and why a run may have ended early.
+"""Step control of the finite elements: fixed step or tolerance, limits of a step, why a run ended early.
 
 Time is counted in the ribbon's inertial time t*, damping in 1/t*.
 """

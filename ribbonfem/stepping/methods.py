@@ -1,4 +1,4 @@
-"""The one-step methods of all that moves by finite elements, as data for the time loop."""
+"""Time integration methods of the finite elements as data: Newmark, generalised-alpha, Runge-Kutta."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion of a beam, as the time loop hands it back, and as the `History` that it becomes."""
+"""The output of the time loop of a planar beam, and how it becomes a `History` in a user's units."""
 
 from __future__ import annotations
 

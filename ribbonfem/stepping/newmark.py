@@ -1,4 +1,4 @@
-"""Time stepping of the planar beams: Newmark, generalised-alpha, and Runge-Kutta methods (`tableaus`).
+"""The integration of a planar beam from start to stop: calls of the compiled loop, errors, rows kept.
 
 The semi-discrete beams are differential-algebraic: positions carry mass, the others follow
 from equilibrium and from the constraints at the same instant (`kernels`).  Every method

@@ -1,4 +1,4 @@
-"""How late does it snap?  Delays measured in every model, against theory without a free parameter."""
+"""The command `delay`: delays of snaps measured in every model, against theory with no parameter fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A figure as data: panels of series, from which it is drawn and its table is written."""
+"""A figure as data (axes, lines, symbols), from which its picture is drawn and its CSV table written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's claims of skipping and selection (Figs. 10 to 14), judged."""
+"""The paper's claims of skipping and selection (Figs. 10 to 14), each with its test and verdict."""
 
 from __future__ import annotations
 

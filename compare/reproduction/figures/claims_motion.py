@@ -1,4 +1,4 @@
-"""The paper's claims of delayed snaps (Figs. 6 to 9), judged."""
+"""The paper's claims of delayed snaps (Figs. 6 to 9), each with its test and verdict."""
 
 from __future__ import annotations
 

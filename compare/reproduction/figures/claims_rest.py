@@ -1,4 +1,4 @@
-"""The paper's claims of the ribbon at rest, judged."""
+"""The paper's claims of the ribbon at rest, each with its test and verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every figure of the paper that numbers make, drawn from both models, and the paper's claims one by one."""
+"""The command `figures`: the paper's figures drawn from both models, and its claims judged one by one."""
 
 from __future__ import annotations
 

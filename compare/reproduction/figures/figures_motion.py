@@ -1,4 +1,4 @@
-"""Figs. 6 to 14 as panels of series: the ribbon in motion."""
+"""Layout of the figures of the ribbon in motion, Figs. 6 to 14: which lines are in which axes."""
 
 from __future__ import annotations
 

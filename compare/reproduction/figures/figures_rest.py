@@ -1,4 +1,4 @@
-"""Figs. 2 to 5, 15 and 16 as panels of series: the ribbon at rest."""
+"""Layout of the figures of the ribbon at rest, Figs. 2 to 5, 15 and 16: which lines are in which axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures of the ribbon in motion are drawn from: Figs. 6 to 14, and checks beside them."""
+"""Computations behind the figures of the ribbon in motion: Figs. 6 to 14, with checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command of the paper's figures found, enough to draw and judge everything again."""
+"""The result class of the command `figures`, enough to draw and judge everything again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A claim of the paper, and its verdict: classes; the claims are in `claims_*.py`."""
+"""The classes of a claim of the paper and of its verdict; the claims are in `claims_*.py`."""
 
 from __future__ import annotations
 

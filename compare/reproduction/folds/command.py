@@ -1,4 +1,4 @@
-"""The ribbon's folds and states at rest: 3D finite elements and discrete rods side by side (section 5)."""
+"""The command `folds`: folds and states at rest by finite elements and by rods, side by side (section 5)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""States of the sheared ribbon at alpha = 0, and the static bound on type 1 skipping, as figures."""
+"""Tables and figures of the states of the sheared ribbon at alpha = 0, and of the bound on skipping."""
 
 from __future__ import annotations
 

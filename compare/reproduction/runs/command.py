@@ -1,4 +1,4 @@
-"""Which shapes are skipped and which are chosen?  The paper's named cases (section 7)."""
+"""The command `cases`: which shapes the paper's named runs skip and choose (section 7), by both models."""
 
 from __future__ import annotations
 

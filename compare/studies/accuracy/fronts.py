@@ -1,4 +1,4 @@
-"""Fronts of speed against error, how far a default is from one, and whether two runs rank alike."""
+"""Pareto fronts of CPU time and error, the distance of a default from its front, rankings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the errors of the accuracy report are taken against, and how each of these was verified.
+"""Reference values of the accuracy study, and how each was verified by another method or model.
 
 At rest: the closed forms, and for each discretisation another that shares no mechanics with it.
 In motion: the beams against the limit of fixed Newmark steps on a fine mesh, a method that shares

@@ -1,4 +1,4 @@
-"""How fast and how exact is every model with every configuration, and are the defaults a good choice?"""
+"""The command `accuracy`: error against CPU time of all models and configurations; the defaults judged."""
 
 from __future__ import annotations
 

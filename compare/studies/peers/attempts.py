@@ -1,4 +1,4 @@
-"""The ways in which each program does the same scenes, and what they take by turns."""
+"""Runs of the same scenes in this package and in other programs, timed by turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Speed at equal error against other programs: planar snap, ribbon snap, the static branch."""
+"""The command `peers`: CPU time at equal error of this package and of other programs."""
 
 from __future__ import annotations
 

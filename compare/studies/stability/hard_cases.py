@@ -1,4 +1,4 @@
-"""The hard cases: scenes that broke a method, or were made to.
+"""The list of hard cases in motion: scenes that broke a method, or were made to; classes of their verdicts.
 
 Sheared ribbons are for the rods and the Kirchhoff elements, planar ones for the beams too.  Angles
 and periods that a case is built on (the fold and the lowest period of its own mesh, 51 nodes) are

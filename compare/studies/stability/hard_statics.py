@@ -1,4 +1,4 @@
-"""Hard cases in statics: scenes, runs, and checks of folds and equilibrium curves."""
+"""Hard cases at rest: folds and curves of equilibria of every model, run and judged against each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hard case run by a method: how far it is from the truth, and what its own energy balance says."""
+"""Hard cases in motion, run and judged: error against a fine reference, and energy balance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hard cases drawn: a row a case, a column a method, status as colour."""
+"""Figures of the hard cases: a row a case, a column a method, status as colour."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A step of the elastica that balances its energy to rounding, however long it is.
+"""The energy-conserving step of the elastica: midpoint rule with mean moments ("discrete-gradient").
 
 The midpoint rule, with the moments' mean along the step (average vector field): phi goes from phi0 to phi1 in
 a straight line, D = phi1 - phi0 at a Gauss point, so that with the angle p in the middle

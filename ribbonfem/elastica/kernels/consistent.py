@@ -1,4 +1,4 @@
-"""Hidden constraints of the elastica: velocities, accelerations and forces that fit its clamps.
+"""Consistent initialisation of the elastica: velocities, accelerations and forces that fit its constraints.
 
 r' = t (1 + c n.t), derived once, is for the velocities, and derived twice for the accelerations:
 

@@ -1,4 +1,4 @@
-"""Energies of a state of the elastica, its mean axial force, its reactions, and the power of its controls."""
+"""Energies, reactions at the clamps, mean axial force and power of controls, of a state of the elastica."""
 
 from __future__ import annotations
 

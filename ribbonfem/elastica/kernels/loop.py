@@ -1,4 +1,4 @@
-"""The time loop of the elastica: what it predicts, solves, measures and keeps (`stepping`).
+"""What the common time loop (`stepping`) calls of the elastica: guess, stage, error, acceptance, row.
 
 Unknowns of a stage are its positions, angles and forces; all state is in `Motion` and its clock.
 """

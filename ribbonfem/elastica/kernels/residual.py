@@ -1,4 +1,4 @@
-"""Residual of the equations of motion of the elastica, for a stage of any implicit method.
+"""Residual of the equations of motion of the elastica at a stage of any implicit method, element by element.
 
 Every stage of every method solves the same, with r = rp + b a and v = vp + f a:
 

@@ -1,4 +1,4 @@
-"""Second derivatives of the Lagrangian of the elastica in motion, element by element.
+"""Tangent matrices of the elements of the elastica in motion: second derivatives of the Lagrangian.
 
 The mass is lumped, so that r inside an element is eliminated by a division; phi inside it, then n, follow
 by a dense L D L^T without pivots.  (In this order: n's own block is nearly singular in its mean.)  Left are

@@ -1,4 +1,4 @@
-"""The time loop of the quasi-linear beam: what it predicts, solves, measures and keeps (`stepping`)."""
+"""What the common time loop (`stepping`) calls of the quasi-linear beam: stage, error, acceptance, row."""
 
 from __future__ import annotations
 

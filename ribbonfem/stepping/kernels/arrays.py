@@ -1,4 +1,4 @@
-"""What the time loop and the kernels of a beam are given: names, places in arrays, tuples of arrays."""
+"""Arrays and their places that the time loops of all finite elements share: scheme, ramp, rows."""
 
 from __future__ import annotations
 
