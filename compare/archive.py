@@ -25,7 +25,7 @@ ROOMS = ("ribbonfem", "der", "compare")
 TREE = "result.json"
 # the mark of everything in the tree that JSON has no word for
 _MARK = "!"
-# where records stood in files of the version before, by the beginning of the module's name
+# where records stood in files of the version before: modules, or folders of modules
 _MOVED = (
     ("compare.measures.quantities", "compare.quantities.measure"),
     ("compare.measures", "compare.quantities"),
@@ -39,6 +39,8 @@ _MOVED = (
     ("compare.studies.stability.confirmations", "compare.studies.stability.judging"),
     ("compare.studies.speed.study", "compare.studies.speed"),
     ("compare.studies.calibrate.study", "compare.studies.calibrate"),
+    ("compare.reproduction.named", "compare.reproduction.named_runs"),
+    ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
 )
 # fields by their names of the version before
 _RENAMED = {"angle": "control", "policy": "options"}
@@ -113,7 +115,9 @@ def encode(value: Any, arrays: list[np.ndarray] | None = None) -> Any:
 
 def _record(name: str, given: dict[str, Any]) -> Any:
     module, _, qualname = name.partition(":")
-    module = next((new + module[len(old) :] for old, new in _MOVED if module.startswith(old)), module)
+    module = next(
+        (new + module[len(old) :] for old, new in _MOVED if f"{module}.".startswith(f"{old}.")), module
+    )
     if module.split(".")[0] not in ROOMS or not qualname.isidentifier():
         raise ArchiveError(f"{name!r} is no record of this package")
     try:

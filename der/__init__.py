@@ -19,7 +19,7 @@ Paper, section 3.2; it shares the statement of the problem and generic mathemati
 """
 
 import ribbonfem
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from . import modes
 from .escape import escape

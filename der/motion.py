@@ -30,7 +30,7 @@ from ribbonfem.results import History, RestState, SolverError, told
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
-from . import initials, kernels
+from . import initial_states, kernels
 from .loop import Loop
 from .problem import Statics, default_steps
 from .rod import Rod
@@ -146,7 +146,7 @@ def simulate(
     options = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     if rod.retardation > 0.0 and options.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
-    state, began = (start_state(rod), 0.0) if initial is None else initials.of(rod, initial)
+    state, began = (start_state(rod), 0.0) if initial is None else initial_states.of(rod, initial)
     ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())

@@ -6,8 +6,8 @@ Each model is a module with the functions `folds`, `equilibria` and (the dynamic
 
 from __future__ import annotations
 
-from .names import public
 from .options import OptionError
+from .public_names import public
 from .results import Branch, Fold, History, Instability, SolverError
 from .scene import Drive, Ribbon, Scene, SceneError, SceneWarning, Schedule
 

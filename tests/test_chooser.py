@@ -10,8 +10,8 @@ from compare.chooser import levels, references
 from compare.chooser import refinement as climb
 from compare.chooser.choice import FLAT, choose, stays_planar
 from compare.chooser.cost_laws import Policy, beam_units, shipped
+from compare.chooser.random_scenes import random_scene
 from compare.chooser.strategies import Known
-from compare.chooser.trials import random_scene
 from compare.limits import limit_of
 from compare.studies import choices
 from ribbonfem import Ribbon, Scene, SceneError, elastica, kirchhoff

@@ -25,7 +25,7 @@ from compare.reproduction.figures.claims import CHOICES, CLAIMS
 from compare.reproduction.figures.in_motion import SCALED, Bound, Motion, Moved, Settled, _turns
 from compare.reproduction.figures.result import Figures
 from compare.reproduction.figures.verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.sweep import Sweep
 from ribbonfem.delay import NormalForm
 from ribbonfem.output.curve import Curve

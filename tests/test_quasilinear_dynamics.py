@@ -9,7 +9,7 @@ from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.ends import moving
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.quasilinear import motion
-from ribbonfem.quasilinear.kernels import consistent, stage
+from ribbonfem.quasilinear.kernels import consistent_initialisation, stage
 from ribbonfem.quasilinear.problem import Statics
 from ribbonfem.stepping.methods import method_of
 
@@ -68,7 +68,7 @@ def test_velocities_at_the_kink_are_consistent(elements, degree):
     turning = -spin * problem.scale
     t.controls[0] = 0.0, turning, 0.0
     stage.set_ends(model.beam, t.controls, t.ends)
-    impulse = consistent.project(model.beam, y, t, moving(SCENE), nu)
+    impulse = consistent_initialisation.project(model.beam, y, t, moving(SCENE), nu)
     z, v, a = np.append(y.z, y.ends[0]), np.append(y.v, y.ends[1]), np.append(y.a, y.ends[2])
     assert np.allclose(y.ends[1], [0.0, spin, 0.0, 0.0], rtol=1e-15)
     row = (mesh.tension @ z)[:n]

@@ -7,8 +7,8 @@ import math
 from compare.limits import limit_of
 from ribbonfem import Scene, elastica
 
+from .random_scenes import element_snap, rod_snap
 from .refinement import endless
-from .trials import element_snap, rod_snap
 
 # elements and tolerances (L) of the reference, finer than those of any answer, and of the check of it
 _ELEMENTS = ((24, 1e-8), (28, 3e-9))

@@ -28,7 +28,7 @@ from compare.models import MODELS
 from compare.quantities.branches import outward
 from ribbonfem import Branch, SolverError
 from ribbonfem.delay import NormalForm, lead
-from ribbonfem.delay.curve import universal_fit
+from ribbonfem.delay.universal_curve import universal_fit
 from ribbonfem.results import Array
 
 from .setup import Setup, mesh_of

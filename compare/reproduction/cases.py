@@ -16,7 +16,7 @@ from compare.quantities.branches import both_folds
 from ribbonfem import History, Scene, SolverError
 from ribbonfem.outcomes import classify
 
-from .named import Case
+from .named_runs import Case
 
 # meshes and tolerances of the finite elements
 ELEMENTS: tuple[tuple[str, dict[str, Any]], ...] = (

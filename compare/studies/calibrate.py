@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from compare.chooser import trials
+from compare.chooser import random_scenes
 from compare.chooser.cost_laws import FILE, PlanarLaws, Policy, rounded, shipped
+from compare.chooser.random_scenes import planar_scene, planar_snap
 from compare.chooser.refinement import expected_steps
-from compare.chooser.trials import planar_scene, planar_snap
 from compare.limits import limit_of
 from compare.models import warm_up
 from compare.report.registry import Command
@@ -111,7 +111,7 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
     one in proportion to the rate.  Their shares are fixed, their scale is measured.
     """
     rng = np.random.default_rng(seed)
-    drawn = [trials.random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
+    drawn = [random_scenes.random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
     truths = Study("predictions", _truth, drawn).found(sweep)
     floor, ringing, power, rest = 1e-5, 8e-3, 1.3, 1e-4
     shape = {"floor": floor, "ringing": [ringing, power, rest]}
@@ -158,13 +158,13 @@ def _drawn(
 ) -> tuple[list[Scene], list[Any]]:
     """Random ribbons, and what was measured of each."""
     rng = np.random.default_rng(seed)
-    drawn = [trials.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
+    drawn = [random_scenes.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
     return drawn, Study(title, measure, drawn, **more).found(sweep)
 
 
 def _ribbon(scene: Scene) -> dict[str, Any]:
-    runs = [trials.rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
-    times = {f"{t:.0e}": trials.rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
+    runs = [random_scenes.rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
+    times = {f"{t:.0e}": random_scenes.rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
     times["1e-04"] = runs[MESHES.index(76)][0]
     return {"snap": [run[0] for run in runs], "seconds": [run[1] for run in runs], "time": times}
 
@@ -192,7 +192,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
 
 
 def _elements(scene: Scene) -> list[tuple[float, float, bool]]:
-    return [trials.element_snap(scene, elements, tolerance) for elements, tolerance in LADDER]
+    return [random_scenes.element_snap(scene, elements, tolerance) for elements, tolerance in LADDER]
 
 
 def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:

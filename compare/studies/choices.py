@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from compare.chooser.choice import choose
+from compare.chooser.random_scenes import random_scene
 from compare.chooser.references import reference, rod
 from compare.chooser.strategies import Answer
-from compare.chooser.trials import random_scene
 from compare.models import warm_up
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
@@ -66,7 +66,7 @@ class SceneVerdict:
 
 
 def draw(count: int, seed: int) -> list[Scene]:
-    """Scenes as in `trials.random_scene`, planar and sheared in turn."""
+    """Scenes as in `random_scenes.random_scene`, planar and sheared in turn."""
     rng = np.random.default_rng(seed)
     return [random_scene(rng, planar=k % 2 == 0) for k in range(count)]
 

@@ -18,7 +18,7 @@ from compare.quantities.measure import forget, function_of
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
-from der import profile
+from der import timing
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
@@ -80,7 +80,7 @@ def reference_kernel() -> float:
 
 def parts_of_an_iteration(nodes: int) -> dict[str, float]:
     """Best seconds of each kernel of a Newton iteration, called from compiled-code wrappers."""
-    calls = profile.parts(SNAP, nodes)
+    calls = timing.parts(SNAP, nodes)
     return {name: _best(partial(_often, call), 15)[0] / _OFTEN for name, call in calls.items()}
 
 
@@ -268,7 +268,7 @@ def main(
     _run(SNAP, None)
     unit = reference_kernel()
     (stats,) = Study("implicit Euler", euler, [100]).by_turns(alone, repeats)
-    start = _best(profile.start(SNAP, nodes), repeats)
+    start = _best(timing.start(SNAP, nodes), repeats)
     scenes = []
     for label, scene, tight in RAMPS:
         meshes = {"rods": nodes, "elements": None}

@@ -21,7 +21,7 @@ from ribbonfem.options import number, positive, refuse
 from ribbonfem.results import Array
 
 from .collocation import integrate
-from .curve import _START, _TERMS, PAST, _outer, outer_series
+from .universal_curve import _START, _TERMS, PAST, _outer, outer_series
 
 # of ln y in the time, and Lambda beyond which the finite part follows its logarithm
 LOGARITHM, _FRICTION = 18.0 / 35.0, 1e4

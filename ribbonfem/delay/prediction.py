@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from ribbonfem.options import number, refuse
 
-from .curve import universal
-from .fold import NormalForm
+from .normal_forms import NormalForm
+from .universal_curve import universal
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ribbonfem.results import MESH, Array, History, SolverError
 from ribbonfem.scene import Scene
 
 from .cubic import LOGARITHM, cubic_curve, escape_time
-from .fold import NormalForm
+from .normal_forms import NormalForm
 from .prediction import Delay, predict
 
 QUANTITIES = ("snap", "first snap")

@@ -17,13 +17,13 @@ from ribbonfem.options import checked, options_given, refuse
 from ribbonfem.results import Array, History, RestState, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.integrate import Held, integrate
 from ribbonfem.stepping.kernels import KINK, MEAN, Ramp, Scheme
 from ribbonfem.stepping.kernels.arrays import TIME
 from ribbonfem.stepping.methods import ALL_METHODS
-from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
-from . import initials, states
+from . import initial_states, states
 from .kernels import arrays, condensed, loop, tangent
 from .kernels import average_vector_field as means
 from .kernels.beam import PHI, ROWS, Beam, P, Z, solver
@@ -90,7 +90,7 @@ def _once(table: Array) -> Array:
 
 
 class Motion:
-    """A beam in motion, as `stepping.newmark` runs it.
+    """A beam in motion, as `stepping.integrate` runs it.
 
     `begin` has its state by the names of `arrays.Motion`, and of what the beam counts strains from; what it
     has not is at rest.
@@ -146,7 +146,7 @@ def vibrations(problem: Statics, state: _State, count: int) -> Array:
 
     Of the equations of motion: in a stretching beam the force does not stay constant along it.
     """
-    beam, u, elements = discretised(problem), initials.at_rest(problem, state), problem.elements
+    beam, u, elements = discretised(problem), initial_states.at_rest(problem, state), problem.elements
     memory = solver(elements)
     tangent.fill(beam, memory, u, SHIFT, False)
     condensed.factorise(memory)
@@ -226,11 +226,11 @@ def simulate(
         refuse("method", method, "is of elastic moments alone, and Ribbon.retardation is not 0")
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
-        begin = {"u": initials.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}
+        begin = {"u": initial_states.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}
         began = 0.0
     else:
         problem = Statics(scene, elements, extensible)
-        begin = initials.of(problem, scene, initial)
+        begin = initial_states.of(problem, scene, initial)
         began = float(begin["clock"][TIME]) if "clock" in begin else 0.0
     mesh = {"elements": elements, "extensible": extensible}
     since = began + snaps_since(scene, until, "elastica", mesh) / problem.unit
@@ -283,7 +283,10 @@ def escape(
     velocity = problem.moving(result.state, result.velocity)
     # the right clamp, to the last digit
     velocity[-1] = 0.0
-    begin = {"u": initials.at_rest(problem, result.state), "v": initials.in_rows(problem, velocity)}
+    begin = {
+        "u": initial_states.at_rest(problem, result.state),
+        "v": initial_states.in_rows(problem, velocity),
+    }
     moved = integrate(
         "elastica",
         lambda scheme, rows: Motion(problem, begin, scheme, rows),

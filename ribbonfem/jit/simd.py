@@ -14,12 +14,12 @@ from numba import config
 
 from ribbonfem.results import Array
 
-from . import plain, vectors
+from . import simd_arrays, simd_vectors
 from .decorator import compiled
 
-_numbers: Any = plain if config.DISABLE_JIT else vectors
+_numbers: Any = simd_arrays if config.DISABLE_JIT else simd_vectors
 
-WIDTH = plain.WIDTH
+WIDTH = simd_arrays.WIDTH
 load, store, spread = _numbers.load, _numbers.store, _numbers.spread
 transposed, lane = _numbers.transposed, _numbers.lane
 all_below, larger = _numbers.all_below, _numbers.larger

@@ -10,7 +10,7 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 
 from . import states
-from .initials import at_rest
+from .initial_states import at_rest
 from .kernels import arrays
 from .motion import TOLERANCE, UNTIL, integrate, ramp_of
 from .problem import Frames, Statics, checked_mesh

@@ -63,7 +63,7 @@ from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.stepping.motion import ENERGIES
 from ribbonfem.tableaus import Tableau
 
-from . import initials, states
+from . import initial_states, states
 from .kernels import arrays, condensed, loop, tangent
 from .kernels import average_vector_field as conserving
 from .kernels.batch import in_fours
@@ -167,7 +167,7 @@ def simulate(
         problem, start = states.named(scene, **mesh)
     else:
         problem = states.in_control(scene, **mesh)
-        start, first, began = initials.of(problem, scene, initial)
+        start, first, began = initial_states.of(problem, scene, initial)
     barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ends = moving(scene, began=began) if began else None
     since = began + snaps_since(scene, until, "kirchhoff", mesh) / problem.unit
@@ -235,7 +235,7 @@ def vibrations(problem: Statics, state: Frames, scene: Scene, count: int) -> Arr
 
     Of the equations of motion: in a stretching rod the force does not stay constant along it.
     """
-    rod, start = discretised(problem, scene), initials.at_rest(problem, state)
+    rod, start = discretised(problem, scene), initial_states.at_rest(problem, state)
     memory = solver(len(rod.weights))
     tangent.fill(rod, memory, start.g, start.n, SHIFT, False)
     condensed.factorise(memory)
@@ -399,7 +399,7 @@ def integrate(
     def begin() -> arrays.Motion:
         for name in LAW:
             getattr(rod, name)[:] = own[name]
-        return first() if first else initials.at_rest(problem, start, rod.retardation > 0.0)
+        return first() if first else initial_states.at_rest(problem, start, rod.retardation > 0.0)
 
     if loop_of(scheme) not in _warm:
         # compiled (or loaded) before the clock starts: one step of a short ramp

@@ -1,6 +1,6 @@
 """The quasi-linear beam by finite elements: small slopes, end-shortening as a global constraint."""
 
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from .functions import (
     ClosedFormBranch,

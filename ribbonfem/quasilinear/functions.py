@@ -25,9 +25,9 @@ from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
+from ribbonfem.stepping.integrate import Held, integrate
 from ribbonfem.stepping.kernels.arrays import TIME
 from ribbonfem.stepping.motion import Motion
-from ribbonfem.stepping.newmark import Held, integrate
 from ribbonfem.tableaus import Tableau
 
 from . import motion

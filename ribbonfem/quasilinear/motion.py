@@ -68,7 +68,7 @@ def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
 
 
 class Motion:
-    """A beam in motion, as `stepping.newmark` runs it, from a state by the names of `beam.Motion`."""
+    """A beam in motion, as `stepping.integrate` runs it, from a state by the names of `beam.Motion`."""
 
     def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
         n = problem.mesh.count

@@ -10,7 +10,7 @@ import numpy as np
 from ribbonfem.continuation.loading import brought_on
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.initial import begun_again, require_fit, require_history
+from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .problem import Statics, _State
 

@@ -17,7 +17,7 @@ from compare.models import MODELS, warm_up
 from compare.reproduction import cases, delays
 from compare.reproduction.cases import CaseVerdict
 from compare.reproduction.delays import BEAM, PATH_1, PATH_2, Delays
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.reproduction.paths import RISING, SMOOTH
 from compare.reproduction.rate_damping import SELECTION, SKIPPING
 from compare.sweep import Sweep

@@ -14,7 +14,7 @@ from compare.chooser.refinement import SCATTER
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.cases import CaseVerdict, compiled, cost, settled
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.sweep import Sweep
 from ribbonfem import Scene
 from ribbonfem.options import positive

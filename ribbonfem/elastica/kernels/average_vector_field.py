@@ -29,8 +29,8 @@ from .arrays import KNOWN, POINTS, Motion, Moving, Scratch
 from .beam import FORCE, PHI, ROWS, Beam, P, Z
 from .ends import set_places
 from .energies import kinetic_energy
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import moment_of
-from .points import Value, cosine_sine, interpolated, resolved
 
 # steps over which the error of one is estimated, and iterations beyond which none longer is tried
 SPAN, EASY = 4, 7.0

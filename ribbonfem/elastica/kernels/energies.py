@@ -10,8 +10,8 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .beam import FORCE, Beam, P, Z
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import moment_of, stretch_of
-from .points import Value, cosine_sine, interpolated, resolved
 
 
 @compiled(**OPTIONS)

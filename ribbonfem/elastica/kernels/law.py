@@ -16,7 +16,7 @@ from ribbonfem.stepping.kernels.strains import put_rates
 
 from .arrays import Scratch
 from .beam import Beam, P, Z
-from .points import cosine_sine, interpolated, resolved
+from .gauss_point import cosine_sine, interpolated, resolved
 
 Value = Any
 

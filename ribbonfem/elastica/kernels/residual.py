@@ -17,8 +17,8 @@ from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.results import Array
 
 from .beam import FORCE, PHI, Beam, P, Solver, Z
+from .gauss_point import cosine_sine, interpolated, resolved
 from .law import moment_of, stretch_of
-from .points import cosine_sine, interpolated, resolved
 
 
 @compiled(**OPTIONS)

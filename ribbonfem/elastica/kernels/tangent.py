@@ -13,8 +13,8 @@ from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .beam import N0, PLACES, SIZE, Beam, P, Solver
+from .gauss_point import Value, cosine_sine, interpolated, point_hessian, resolved
 from .law import stretch_of
-from .points import Value, cosine_sine, interpolated, point_hessian, resolved
 
 # by how much a rate of the stretched beam's axial force is held back in the hidden constraints
 STIFF = 1e12

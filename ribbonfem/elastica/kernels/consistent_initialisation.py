@@ -24,8 +24,8 @@ from .arrays import Motion, Scratch
 from .beam import FORCE, PHI, ROWS, WIDTH, Beam, P, Solver, Z
 from .condensed import factorise, solve
 from .ends import set_places, set_turns
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import put_strain_rates, put_strains, stretch_of
-from .points import Value, cosine_sine, interpolated, resolved
 from .residual import residual
 from .tangent import STIFF, fill
 

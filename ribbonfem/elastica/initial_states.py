@@ -12,7 +12,7 @@ from ribbonfem.material.kernels import LAW
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.initial import begun_again, require_fit, require_history
+from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
 from .kernels.beam import PHI, P, Z
