@@ -19,6 +19,8 @@ PROBLEM = {
         "ribbon",
         "scene",
         "results",
+        "equilibria",
+        "history",
         "events",
         "frozen",
         "options",

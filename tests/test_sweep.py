@@ -102,6 +102,7 @@ def test_spoilt_archives_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new"),
     [
+        ("ribbonfem.results:Fold", "ribbonfem.equilibria:Fold"),
         ("ribbonfem.delay.fold:NormalForm", "ribbonfem.delay.normal_forms:NormalForm"),
         ("compare.reproduction.named:Case", "compare.reproduction.named_runs:Case"),
         ("compare.measures.quantities:Shape", "compare.quantities.measure:Shape"),
