@@ -18,6 +18,9 @@ PROBLEM = {
     for n in (
         "ribbon",
         "scene",
+        "scene_checks",
+        "control_in_time",
+        "state_names",
         "results",
         "equilibria",
         "history",

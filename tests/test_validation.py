@@ -298,8 +298,10 @@ def test_delays_of_any_damping():
     ],
 )
 def test_plausible_slips_are_told(slip):
-    with pytest.warns(SceneWarning, match="not in (mm|GPa|degrees)"):
+    with pytest.warns(SceneWarning, match="not in (mm|GPa|degrees)") as told:
         slip()
+    # where the slip was made
+    assert {(warned.filename, warned.lineno) for warned in told} == {(__file__, slip.__code__.co_firstlineno)}
 
 
 def test_what_is_usual_is_not_told():
