@@ -1,7 +1,7 @@
 """The control in time as polynomials between instants: of a ramp, of a schedule; when it passes a value.
 
-Times are in t* (`Ribbon.inertial_time`).  A `Motion` is instants, the coefficients of the polynomials that
-begin there, in powers of the time since, and kinks from 0 to the end; the last polynomial holds what is
+Times are in t* (`Ribbon.inertial_time`).  `Polynomials` are instants, the coefficients of the polynomials
+that begin there, in powers of the time since, and kinks from 0 to the end; the last polynomial holds what is
 reached.
 """
 
@@ -14,11 +14,11 @@ import numpy as np
 
 from .schedule import Schedule
 
-Motion = tuple[tuple[float, ...], tuple[tuple[float, ...], ...], tuple[float, ...]]
+Polynomials = tuple[tuple[float, ...], tuple[tuple[float, ...], ...], tuple[float, ...]]
 _NONE = (0.0,) * 5
 
 
-def of_ramp(rate: float, stop: float, hold: float) -> Motion:
+def of_ramp(rate: float, stop: float, hold: float) -> Polynomials:
     """The control at a constant rate (1/t*) to `stop`, then held: not at all where that is rounding."""
     turned = stop / rate
     times = (0.0, turned)
@@ -26,7 +26,7 @@ def of_ramp(rate: float, stop: float, hold: float) -> Motion:
     return times, pieces, (*times, turned + hold) if hold > 1e-12 * turned else times
 
 
-def of_schedule(schedule: Schedule, unit: float) -> Motion:
+def of_schedule(schedule: Schedule, unit: float) -> Polynomials:
     """The control of a schedule, t* being `unit` seconds."""
     pieces = tuple(tuple(c * unit**k for k, c in enumerate(piece)) for piece in schedule.pieces.tolist())
     kinks = (0.0, *schedule.kinks, schedule.time[-1])

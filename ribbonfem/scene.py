@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .control_in_time import Motion, first_passage, of_ramp, of_schedule
+from .control_in_time import Polynomials, first_passage, of_ramp, of_schedule
 from .drive import CONTROLS, NAMED, ODD, Drive, as_drive, as_preset
 from .frozen import Frozen
 from .ribbon import Ribbon, SceneError, SceneWarning, as_number, field_number, refuse_unknown, shown
@@ -370,7 +370,7 @@ class Scene:
         return self.stop
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> Polynomials:
         """The control in time, in t* (`control_in_time`).
 
         Raises

@@ -7,7 +7,8 @@ from skfem import Basis, LinearForm, MeshLine
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
 from ribbonfem.continuation.curves import ramp_folds
-from ribbonfem.elastica import initial_states, motion
+from ribbonfem.elastica import initial_states
+from ribbonfem.elastica.discretisation import MovingBeam, discretised
 from ribbonfem.elastica.kernels import (
     condensed,
     consistent_initialisation,
@@ -139,7 +140,7 @@ class Case:
         rig = Rig(np.zeros(5), np.zeros(5), rng.normal(size=2), rng.normal(size=(5, P)))
         # a soft section, so that stretch is seen
         self.problem = Statics(scene(ribbon=Ribbon(thickness=0.3)), 5, extensible, rig)
-        self.beam, self.solver, self.sigma = motion.discretised(self.problem), solver(5), sigma
+        self.beam, self.solver, self.sigma = discretised(self.problem), solver(5), sigma
         nodes = self.problem.nodes
         self.r, self.phi, self.known = rng.normal(size=(26, 2)), rng.normal(size=26), rng.normal(size=(26, 2))
         self.n = rng.normal(size=(5, P, 2))
@@ -245,7 +246,7 @@ def test_velocities_at_the_kink_are_consistent(extensible):
     turned = scene(ribbon=Ribbon(thickness=0.1), stop=1.0)
     problem = Statics(turned, 8, extensible)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
-    beam = motion.Motion(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4)
+    beam = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4)
     y, t, spin, nu = beam.model.motion, beam.model.scratch, 0.8, 0.3
     t.controls[0] = 0.4, spin, 0.0
     impulse = consistent_initialisation.project(beam.model.beam, beam.model.solver, y, t, moving(turned), nu)
@@ -285,7 +286,7 @@ def test_an_equilibrium_stays_one(extensible):
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
     u, memory = initial_states.at_rest(problem, state), solver(8)
     still = np.zeros_like(u[:, :PHI])
-    _residual(motion.discretised(problem), memory, u, still, 0.0)
+    _residual(discretised(problem), memory, u, still, 0.0)
     local = np.moveaxis(memory.rest, 2, 1).reshape(8, -1)
     for c in (0, Z, PHI):
         field = np.bincount(problem.nodes.ravel(), local[:, c : c + P + 1].ravel())
@@ -301,7 +302,7 @@ def test_a_rig_is_the_same_at_rest_and_in_motion(extensible, elements):
     curvature = np.random.default_rng(1).normal(size=(elements, P))
     problem = Statics(scene(), elements, extensible, Rig(controls, moves, np.array([0.4, -1.5]), curvature))
     state, line = equilibrium(problem, problem.start(), 0.2)
-    model = motion.Motion(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
+    model = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
     model.scratch.controls[:, 0] = problem.controls(0.2)
     loop._put_loads(model)
     _residual(model.beam, model.solver, model.motion.u, model.scratch.known, 0.0)
@@ -325,7 +326,7 @@ def test_velocities_of_every_control_are_consistent():
     turned = scene(stop=1.0)
     problem = Statics(turned, 6, False)
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    model = motion.Motion(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
+    model = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
     y, t = model.motion, model.scratch
     t.controls[:4, 1:] = [[0.3, 0.1], [-0.4, 0.2], [0.5, 0.6], [0.7, -0.8]]
     loop._put_loads(model)

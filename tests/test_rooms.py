@@ -146,7 +146,7 @@ def test_no_model_knows_another_and_rods_share_no_mechanics():
 
 
 def test_compare_reaches_inside_no_model():
-    inside = ("problem", "kernels", "rod", "states", "motion", "loop", "tangent", "functions", "rest")
+    inside = ("problem", "kernels", "rod", "states", "motion", "loop", "functions", "rest", "discretisation")
     for name in FILES:
         if not name.startswith("compare"):
             continue

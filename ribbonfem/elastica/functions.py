@@ -19,8 +19,9 @@ from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability, RestState
 from ribbonfem.scene import Scene
 
-from . import motion
 from . import out_of_plane as sideways
+from .discretisation import vibrations
+from .motion import ELEMENTS
 from .problem import Statics, _State
 from .states import named, rest_state
 
@@ -108,7 +109,7 @@ def instabilities(
 
 @checked
 def normal_forms(
-    scene: Scene, *, elements: int = motion.ELEMENTS, extensible: bool = False
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False
 ) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
@@ -141,7 +142,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extens
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    return motion.vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
+    return vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
 
 
 @checked

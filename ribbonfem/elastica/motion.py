@@ -1,169 +1,23 @@
-"""Public `simulate` and `escape` of the elastica: a scene made into arrays for the compiled time loop."""
+"""Public `simulate` and `escape` of the elastica: its motion from a scene's start, and from a fold."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
-import numpy as np
-
 from ribbonfem.continuation import equilibrium
-from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.delay import scene_departure
-from ribbonfem.elements.lobatto import lobatto_points
-from ribbonfem.jit.groups import groups_of, in_fours
-from ribbonfem.jit.simd import WIDTH
-from ribbonfem.material.kernels import LAW
 from ribbonfem.options import checked, options_given, refuse
-from ribbonfem.results import Array, History, RestState, snaps_since
+from ribbonfem.results import History, RestState, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 from ribbonfem.stepping.integrate import Held, integrate
-from ribbonfem.stepping.kernels import KINK, MEAN, Ramp, Scheme
 from ribbonfem.stepping.kernels.arrays import TIME
 from ribbonfem.stepping.methods import ALL_METHODS
 from ribbonfem.tableaus import Tableau
 
 from . import initial_states, states
-from .kernels import arrays, condensed, loop, tangent
-from .kernels import average_vector_field as means
-from .kernels.beam import PHI, ROWS, Beam, P, Z, solver
-from .problem import Statics, _State, mesh_of
+from .discretisation import MovingBeam
+from .problem import Statics
 
-# 1/t*^2; the lowest frequencies squared are some hundreds
-SHIFT = 100.0
 ELEMENTS, TOLERANCE = 8, 3e-5
-
-
-@lru_cache(maxsize=32)
-def _constants(elements: int) -> dict[str, Array]:
-    """What a beam has of its mesh alone; kept."""
-    mesh = mesh_of(elements)
-    inside = mesh.coupling[:, 1:P]
-    real = np.zeros(WIDTH * groups_of(elements))
-    real[:elements] = 1.0
-    points, powers = lobatto_points(P)[:, None], np.arange(P + 1)
-    by_powers = powers * points ** np.maximum(powers - 1, 0)
-    # a node between two elements is in a state twice
-    halves = mesh.middle.copy()
-    if elements % 2 == 0:
-        left = elements // 2 - 1
-        halves[left, P] = halves[left + 1, 0] = 0.5
-    middle = _once(halves)
-    return {
-        "value": mesh.tables.value,
-        "weights": mesh.weights,
-        "coupling": mesh.coupling,
-        "bending": mesh.bending,
-        "share": (inside / mesh.lumps[1:P]) @ inside.T,
-        "mass": mesh.lumps,
-        "light": 1.0 / mesh.lumps,
-        "inside": mesh.coupling / mesh.lumps,
-        "slopes": elements * by_powers @ np.linalg.inv(points**powers),
-        "real": real.reshape(-1, WIDTH),
-        "middle": middle,
-        "push": np.ascontiguousarray(middle / mesh.lumps[:, None]),
-    }
-
-
-def discretised(problem: Statics) -> Beam:
-    """The beam as arrays for the compiled time loop."""
-    natural = in_fours(problem.rig.curvature[:, :, None])
-    return Beam(
-        **_constants(problem.elements),
-        weight=problem.rig.weight,
-        chord=problem.chord,
-        elements=problem.elements,
-        natural=natural,
-        offset=np.concatenate((natural, np.zeros_like(natural)), axis=2),
-        stiffness=np.ones(1),
-        compliance=np.array([problem.compliance]),
-        elastic=np.array([1.0, problem.compliance]),
-        retardation=problem.scene.ribbon.retardation / problem.unit,
-    )
-
-
-def _once(table: Array) -> Array:
-    """`in_fours`, with nothing where there is no element."""
-    whole = in_fours(table)
-    whole[-1, ..., (len(table) - 1) % WIDTH + 1 :] = 0.0
-    return whole
-
-
-class Motion:
-    """A beam in motion, as `stepping.integrate` runs it.
-
-    `begin` has its state by the names of `arrays.Motion`, and of what the beam counts strains from; what it
-    has not is at rest.
-    """
-
-    def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
-        elements, groups = problem.elements, groups_of(problem.elements)
-        beam = discretised(problem)
-        retards = beam.retardation > 0.0
-        clock = np.zeros(arrays.CLOCK_SIZE)
-        clock[KINK] = 1.0
-        state = {
-            "v": np.zeros((groups, PHI, WIDTH)),
-            "a": np.zeros((groups, PHI, WIDTH)),
-            "auxiliary": np.zeros((groups, PHI, WIDTH)),
-            "turning": np.zeros((groups, P + 1, WIDTH)),
-            "strain": arrays.strains(elements, retards),
-            "strain_rate": arrays.strains(elements, retards),
-            "clock": clock,
-        } | begin
-        for name in LAW:
-            getattr(beam, name)[:] = state.pop(name, getattr(beam, name))
-        motion = arrays.Motion(**{name: value.copy() for name, value in state.items()})
-        self.clock, self.scheme = motion.clock, scheme
-        nodes, past = len(problem.arclength), means.KEPT if scheme.kind == MEAN else 0
-        self._rows = np.empty((rows, nodes, 3)), np.empty((rows, nodes)), np.empty(rows)
-        self.model = arrays.Moving(
-            beam,
-            solver(elements),
-            arrays.scratch(elements, scheme.stages, retards, past),
-            motion,
-            *self._rows,
-        )
-
-    def kept(self) -> dict[str, Array]:
-        """What it goes on from."""
-        law = {name: getattr(self.model.beam, name).copy() for name in LAW}
-        return {name: value.copy() for name, value in self.model.motion._asdict().items()} | law
-
-    def observed(self, count: int) -> tuple[Array, Array, Array]:
-        """Slopes (rows,), positions (rows, nodes, 3) and curvatures (rows, nodes) of the last rows."""
-        positions, curvature, slope = self._rows
-        return slope[:count], positions[:count], curvature[:count]
-
-    def run(self, ramp: Ramp, rows: Array) -> int:
-        """Go on until the end, or until the rows are full."""
-        run = loop.run_by_means if self.scheme.kind == MEAN else loop.run
-        return int(run(self.model, self.scheme, ramp, self.clock, rows))
-
-
-def vibrations(problem: Statics, state: _State, count: int) -> Array:
-    """The lowest `count` angular frequencies (count,), 1/s, of small undamped motions about a state at rest.
-
-    Of the equations of motion: in a stretching beam the force does not stay constant along it.
-    """
-    beam, u, elements = discretised(problem), initial_states.at_rest(problem, state), problem.elements
-    memory = solver(elements)
-    tangent.fill(beam, memory, u, SHIFT, False)
-    condensed.factorise(memory)
-    # where a state has each inner node, once
-    places = np.arange(u.size).reshape(u.shape)
-    by_element = np.moveaxis(places, 2, 1).reshape(-1, ROWS)[:elements]
-    along = np.column_stack([by_element[:, c : c + P].ravel()[1:] for c in (0, Z)])
-    inertia = np.repeat(problem.mass[1:-1], 2)
-
-    def solve(right: Array) -> Array:
-        memory.rest[:] = 0.0
-        memory.rest.flat[along.ravel()] = -right
-        condensed.solve(beam, memory, SHIFT)
-        return np.asarray(memory.rest.flat[along.ravel()])
-
-    squares = lowest_squares(solve, lambda x: inertia * x, len(inertia), count, SHIFT)
-    return np.asarray(np.sqrt(squares) / problem.unit)
 
 
 @checked
@@ -236,7 +90,7 @@ def simulate(
     since = began + snaps_since(scene, until, "elastica", mesh) / problem.unit
     moved = integrate(
         "elastica",
-        lambda scheme, rows: Motion(problem, begin, scheme, rows),
+        lambda scheme, rows: MovingBeam(problem, begin, scheme, rows),
         scene,
         control,
         len(problem.arclength),
@@ -289,7 +143,7 @@ def escape(
     }
     moved = integrate(
         "elastica",
-        lambda scheme, rows: Motion(problem, begin, scheme, rows),
+        lambda scheme, rows: MovingBeam(problem, begin, scheme, rows),
         scene,
         control,
         len(problem.arclength),

@@ -12,7 +12,8 @@ from ribbonfem.stepping.control import Control
 from . import states
 from .initial_states import at_rest
 from .kernels import arrays
-from .motion import TOLERANCE, UNTIL, integrate, ramp_of
+from .loop import integrate, ramp_of
+from .motion import TOLERANCE, UNTIL
 from .problem import Frames, Statics, checked_mesh
 
 

@@ -32,8 +32,9 @@ from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import out_of_plane as plane
 from . import shear, states
-from .motion import vibrations
-from .problem import Frames, Statics, checked_mesh, directors
+from .discretisation import vibrations
+from .frames import directors
+from .problem import Frames, Statics, checked_mesh
 from .reactions import reactions_of
 from .shear import Pitchforks, ShearCurve
 

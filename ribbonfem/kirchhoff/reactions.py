@@ -6,7 +6,8 @@ import numpy as np
 
 from ribbonfem.results import Array
 
-from .problem import Frames, Statics, tangents_of
+from .frames import tangents_of
+from .problem import Frames, Statics
 
 _STEP = 1e-30
 

@@ -33,7 +33,8 @@ from ribbonfem.ends import Ends
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
-from .problem import Frames, Loading, Statics
+from .loading import Loading
+from .problem import Frames, Statics
 from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named

@@ -8,14 +8,13 @@ from .functions import (
     closed_form_branch,
     closed_form_fold,
     equilibria,
-    escape,
     folds,
     frequencies,
     instabilities,
     normal_forms,
-    simulate,
 )
 from .info import MODEL_INFO
+from .motion import escape, simulate
 
 __all__ = [
     "MODEL_INFO",
