@@ -12,7 +12,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -43,14 +43,16 @@ _MOVED = (
     ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
 )
 # fields by their names of the version before
-_RENAMED = {"angle": "control", "policy": "options"}
+_RENAMED = {"angle": "control", "policy": "options", "doubt": "uncertainty"}
+# keys of `--json` that are not the names of the fields
+_KEYS = {"options": "policy", "uncertainty": "doubt"}
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def for_programs(record: Any) -> dict[str, Any]:
-    """The fields of a record by the keys that `--json` has for them: of options, "policy"."""
-    return {"policy" if name == "options" else name: value for name, value in vars(record).items()}
+def for_programs(record: Any, names: Iterable[str] | None = None) -> dict[str, Any]:
+    """Fields of a record, all by default, by the keys that `--json` has for them: of options, "policy"."""
+    return {_KEYS.get(name, name): getattr(record, name) for name in names or vars(record)}
 
 
 class ArchiveError(ValueError):

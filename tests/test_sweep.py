@@ -117,6 +117,14 @@ def test_records_are_read_by_their_modules_of_the_version_before(old, new):
     assert archive.encode(read[0])["type"] == new
 
 
+def test_fields_are_read_by_their_names_of_the_version_before():
+    value = dict.fromkeys(("other", "value", "doubt", "low", "high", "mesh"), 1.0)
+    value |= dict.fromkeys(("along", "below", "above"), "rate")
+    boundary = archive.decode({"!": "record", "type": "compare.diagrams.edges:Boundary", "value": value})
+    assert boundary.uncertainty == boundary.doubt == 1.0
+    assert archive.for_programs(boundary) == value
+
+
 def test_no_foreign_object_comes_out_of_an_archive():
     for name in ("os:system", "subprocess:Popen", "compare.archive:write_whole", "builtins:dict"):
         with pytest.raises(ArchiveError):

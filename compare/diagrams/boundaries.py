@@ -25,7 +25,7 @@ class Boundary:
     Attributes
     ----------
     along: "rate" or "damping", which varies; `other` is the value of the one that does not.
-    value, doubt: where it changes on `mesh`, and how far it may be from there on that mesh.
+    value, uncertainty: where it changes on `mesh`, and how far it may be from there on that mesh.
     low, high: ends of the band in which both outcomes come, equal to each other where it is a point.
     below, above: outcomes on its two sides.
     mesh: nodes or elements of the runs.  Another mesh, and the limit of them (`threshold`), may
@@ -35,12 +35,17 @@ class Boundary:
     along: str
     other: float
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
     above: str
     mesh: int
+
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
 
     @property
     def band(self) -> bool:
@@ -92,7 +97,7 @@ class Line:
         return [(a, b) for (a, one), (b, two) in pairwise(done) if one != two]
 
     def found(self) -> list[tuple[float, float, float, float, str, str]]:
-        """Value, doubt, low, high, below, above of each change; changes close together are a band."""
+        """Value, uncertainty, low, high, below, above of each change; changes close together are a band."""
         groups: list[list[tuple[float, float]]] = []
         for change in self.changes():
             if groups and change[0] - groups[-1][-1][1] < 2.0 * _REACH:
@@ -104,9 +109,9 @@ class Line:
             low, high = group[0][0], group[-1][1]
             below, above = self.known[low], self.known[high]
             value = math.exp(0.5 * (low + high))
-            doubt = 0.5 * (math.exp(high) - math.exp(low))
+            uncertainty = 0.5 * (math.exp(high) - math.exp(low))
             ends = (math.exp(low), math.exp(high)) if len(group) > 1 else (value, value)
-            told.append((value, doubt, *ends, below, above))
+            told.append((value, uncertainty, *ends, below, above))
         return told
 
 

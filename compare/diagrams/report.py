@@ -109,7 +109,7 @@ def words(result: Diagrams) -> list[str]:
             f"{int(apart.sum())} of {apart.size} cells."
         )
     for published, same in zip(result.paper, result.same, strict=True):
-        off = show.doubtful(published, same)
+        off = show.differing_share(published, same)
         most, some = int(np.nansum(off > 0.5)), int(np.nansum(off > 0.0))
         text.append(
             f"{show.label(published)} in the paper's setting: in {most} of {off.size} cells most runs with "
@@ -155,7 +155,7 @@ def values(result: Diagrams) -> dict[str, Any]:
         numbers["paper"] = [show.numbers(diagram) for diagram in result.paper]
         numbers["same_mesh"] = [show.numbers(diagram) for diagram in result.same]
         numbers["ends_otherwise"] = [
-            np.nan_to_num(show.doubtful(*pair), nan=-1.0).tolist()
+            np.nan_to_num(show.differing_share(*pair), nan=-1.0).tolist()
             for pair in zip(result.paper, result.same, strict=True)
         ]
     return numbers

@@ -35,19 +35,24 @@ class Change:
 
     Attributes
     ----------
-    value, doubt: in the limit of the mesh, and how far it may be from there.
+    value, uncertainty: in the limit of the mesh, and how far it may be from there.
     low, high: ends of the band in which both outcomes come; equal where it is a point.
     below, above: outcomes on its two sides.
     meshes: value on each mesh.
     """
 
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
     above: str
     meshes: Mapping[int, float]
+
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -56,14 +61,14 @@ class Threshold(Value):
 
     Attributes
     ----------
-    value, doubt, low, high, below, above: of the first change, see `Change`.
+    value, uncertainty, low, high, below, above: of the first change, see `Change`.
     runs: how many it took.
     changes: all of them, in order.
     scene, outcome, vary, between, model, options: what was asked.
     """
 
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
@@ -77,13 +82,18 @@ class Threshold(Value):
     model: str
     options: Mapping[str, Any]
 
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
+
     def __repr__(self) -> str:
         told = [
             f"{c.below} below and {c.above} above {self.vary} = "
             + (
                 f"{c.low:.6g} .. {c.high:.6g} (mixed)"
                 if c.high > c.low
-                else f"{c.value:.6g} +- {c.doubt:.2g}"
+                else f"{c.value:.6g} +- {c.uncertainty:.2g}"
             )
             for c in self.changes
         ]
@@ -253,16 +263,16 @@ def threshold(
         done += 1
         settled = True
         for track in tracks:
-            value, doubt = _limit(model, meshes[:done], [told[0] for told in track])
+            value, uncertainty = _limit(model, meshes[:done], [told[0] for told in track])
             band = any(told[3] > told[2] for told in track)
-            settled &= band or doubt + track[-1][1] <= tolerance * abs(value)
+            settled &= band or uncertainty + track[-1][1] <= tolerance * abs(value)
         if settled:
             break
     changes = tuple(_change(track, meshes[:done], model, given is not None) for track in tracks)
     one = changes[0]
     return Threshold(
         one.value,
-        one.doubt,
+        one.uncertainty,
         one.low,
         one.high,
         one.below,
@@ -280,9 +290,9 @@ def threshold(
 
 def _change(track: list[tuple[Any, ...]], meshes: Sequence[int], model: str, single: bool) -> Change:
     """The change that a track of meshes leads to."""
-    _, doubt, low, high, below, above = track[-1]
+    _, uncertainty, low, high, below, above = track[-1]
     by_mesh = dict(zip(meshes, (told[0] for told in track), strict=True))
     if high > low or single:
-        return Change(track[-1][0], doubt, low, high, below, above, by_mesh)
+        return Change(track[-1][0], uncertainty, low, high, below, above, by_mesh)
     value, error = _limit(model, meshes, [told[0] for told in track])
-    return Change(value, error + doubt, value, value, below, above, by_mesh)
+    return Change(value, error + uncertainty, value, value, below, above, by_mesh)

@@ -47,7 +47,7 @@ class CaseVerdict:
     ----------
     case, runs: the refinements of both models, then implicit Euler's.
     outcome: the one of all refinements; "sensitive" where they differ, or a snap is scattered.
-    first, second: snap angles of the rods in the limit of the mesh and their doubt, None without one.
+    first, second: snap angles of the rods in the limit of the mesh and their uncertainty, None without one.
     elements: the same two of the finite elements.
     curve, line: time, angle and height of the finer rod, and of the finest elements, for a figure.
     """

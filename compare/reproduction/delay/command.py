@@ -152,10 +152,10 @@ def tables(result: Delays) -> list[Table]:
         ),
         Table(
             "T0: by how much the snap precedes the end of the fold's normal form",
-            ["system", "nu (1/s)", "T0 (s)", "doubt (s)"],
+            ["system", "nu (1/s)", "T0 (s)", "uncertainty (s)"],
             [[e.system, e.damping, e.lead.time, e.lead.error] for e in result.escapes],
             ["s", "g", ".5f", ".0e"],
-            "Of one escape from the fold, the clamp held. doubt: of its extrapolation to no push.",
+            "Of one escape from the fold, the clamp held. Uncertainty: of its extrapolation to no push.",
         ),
     ]
 

@@ -89,12 +89,12 @@ def _fold_rows(
         for k, (fold, with_ea) in enumerate(zip(plain, stretched, strict=True)):
             meshes = (rods[0][k], rods[1][k], rods[2][k])
             angles = (meshes[0].angle, meshes[1].angle, meshes[2].angle)
-            limit, doubt = limit_of(meshes, nodes)
+            limit, uncertainty = limit_of(meshes, nodes)
             order = observed_order(angles, lengths)
             off = limit.angle - with_ea.angle
             rows.append(
                 [f"{label}, fold {k + 1}", fold.angle, fold.height, with_ea.angle, *angles, order]
-                + [limit.angle, doubt, off, plain_seconds, *seconds]
+                + [limit.angle, uncertainty, off, plain_seconds, *seconds]
             )
             records.append(
                 {
@@ -108,7 +108,7 @@ def _fold_rows(
                     "order": order,
                     "limit": limit.angle,
                     "limit_height": limit.height,
-                    "limit_doubt": doubt,
+                    "limit_doubt": uncertainty,
                     "difference": off,
                     "height_difference": limit.height - with_ea.height,
                     "seconds": plain_seconds,

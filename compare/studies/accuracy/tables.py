@@ -141,9 +141,9 @@ def references_table(known: Mapping[tuple[str, str, str], Reference]) -> Table:
         angle = ref.values.get("fold", ref.values.get("snap"))
         shown = ", ".join(f"{a:.8f}" for a in np.atleast_1d(angle))
         checks = "; ".join(f"{name}: {value:.1e}" for name, value in ref.checks.items())
-        doubt = ref.uncertainty.get("fold", ref.uncertainty.get("snap"))
+        uncertainty = ref.uncertainty.get("fold", ref.uncertainty.get("snap"))
         rows.append(
-            [f"{group}/{case}", kind, shown, doubt, ref.source, checks, "yes" if ref.verified else "no"]
+            [f"{group}/{case}", kind, shown, uncertainty, ref.source, checks, "yes" if ref.verified else "no"]
         )
     return Table(
         "References",
