@@ -26,7 +26,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from compare.report.registry import ORDER, Command, named, publish, summary
+from compare.report.registry import ORDER, Command, first_line, named, publish
 from compare.report.terminal import complain, printing, show, terminal
 
 OUT = Path("ribbonfem-report")
@@ -128,7 +128,7 @@ def _common(parser: argparse.ArgumentParser) -> None:
 
 
 def _overview() -> argparse.ArgumentParser:
-    lines = [f"  {name:<12} {summary(name)}" for name in ORDER]
+    lines = [f"  {name:<12} {first_line(name)}" for name in ORDER]
     lines.append(f"  {REPORT:<12} Make the report's page anew, and with --redraw its pictures too.")
     lines.append(f"  {SCENES:<12} List the scene files that are shipped, and write them.")
     lines.append(f"  {WARM:<12} Compile everything once, for images and clusters.")

@@ -250,7 +250,7 @@ def test_every_claim_stands_with_its_command(rest):
     rows = [row for table in figures.tables(rest)[:-1] for row in table.rows]
     assert len(rows) == sum(claim.figure in AT_REST for claim in CLAIMS)
     assert all(row[-1].startswith("ribbonfem figures --only fig") and row[3] for row in rows)
-    assert "were not asked" in figures.words(rest)[0]
+    assert "were not asked" in figures.summary(rest)[0]
 
 
 def test_only_is_of_the_figures(tmp_path, capsys):

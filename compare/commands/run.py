@@ -66,7 +66,7 @@ def _draw(result: Asked) -> Any:
     return fig
 
 
-def _words(choice: Choice, answer: Answer) -> str:
+def _sentence(choice: Choice, answer: Answer) -> str:
     what = choice.quantity
     if answer.sensitive:
         result = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
@@ -167,9 +167,9 @@ def curves_of(history: History) -> Curve | None:
     return Curve.joined((curve, curve.mirrored()))
 
 
-def words(result: Asked) -> list[str]:
+def summary(result: Asked) -> list[str]:
     """The answer, and the reason for the model chosen."""
-    return [_words(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
+    return [_sentence(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
 
 
 def tables(result: Asked) -> Iterator[Table]:
@@ -256,7 +256,7 @@ COMMAND = Command(
     title=lambda found: f"{Path(found.file).stem}: {found.choice.quantity}",
     takes="from a millisecond to some seconds, by the scene and the tolerance",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -36,7 +36,7 @@ def main(
     return threshold(read_scene(scene), outcome, vary, between, tolerance, model=model, sweep=sweep)
 
 
-def words(result: Threshold) -> list[str]:
+def summary(result: Threshold) -> list[str]:
     """Each change in a sentence."""
     text = []
     for change in result.changes:
@@ -76,7 +76,7 @@ COMMAND = Command(
     title=lambda found: f"Where {found.outcome} begins or ends",
     takes="some 20 seconds",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     values=values,
 )

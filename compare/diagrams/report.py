@@ -80,7 +80,7 @@ def compute(
     return Diagrams(tuple(result), tuple(published), tuple(same))
 
 
-def words(result: Diagrams) -> list[str]:
+def summary(result: Diagrams) -> list[str]:
     """What is sure, what is not, and what of the published diagram is numerical damping."""
     cells = sum(d.outcome.size for d in result.diagrams)
     mixed = sum(int(np.count_nonzero(d.undetermined)) for d in result.diagrams)

@@ -316,7 +316,7 @@ def main(
     return Calibration(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
 
 
-def words(result: Calibration) -> list[str]:
+def summary(result: Calibration) -> list[str]:
     """Where the laws are, and how well predictions do."""
     text = [f"The laws are in {FILE} beside this report."]
     if "planar" in result.new:
@@ -390,7 +390,7 @@ COMMAND = Command(
     title="The laws behind the chooser",
     takes="some 20 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

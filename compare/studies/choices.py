@@ -253,7 +253,7 @@ def main(
     return Choices(seed, wanted, tuple(verdicts))
 
 
-def words(result: Choices) -> list[str]:
+def summary(result: Choices) -> list[str]:
     """How many tolerances were kept, and how far the references and their witnesses agree."""
     judged = result.judged
     met, missed = (sum(v.verdict == word for v in judged) for word in ("met", "missed"))
@@ -331,7 +331,7 @@ COMMAND = Command(
     title="The cheapest model that will do",
     takes="some 10 minutes for 60 scenes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -300,7 +300,7 @@ def _stacked(parts: dict[str, float]) -> tuple[dict[str, float], dict[str, float
     return new, {"edges and frames": moved, "forces": parts["forces"], "solve": parts["solve"]}
 
 
-def words(result: Speed) -> list[str]:
+def summary(result: Speed) -> list[str]:
     """Steps a second and time an iteration, against the reference kernel."""
     return [
         f"{statistics.median(result.steps_per_second):.0f} steps of implicit Euler a second (median of "
@@ -393,7 +393,7 @@ COMMAND = Command(
     title="The rod's time loop",
     takes="half a minute; with --equal-error two",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

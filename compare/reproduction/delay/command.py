@@ -102,7 +102,7 @@ def _exponents(result: Delays) -> Iterator[tuple[str, float, tuple[float, float,
             yield name, damping, fitted, slow, theory, ratio_limit(mine)
 
 
-def words(result: Delays) -> list[str]:
+def summary(result: Delays) -> list[str]:
     """The theory, its one number of each system, and how to judge it."""
     return [
         "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
@@ -203,7 +203,7 @@ COMMAND = Command(
     title="The delay of the snap, and theory without a free parameter",
     takes="some 15 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -121,7 +121,7 @@ def judgements(result: Figures) -> list[tuple[Claim, Verdict]]:
     return [(claim, claim.of(result)) for claim in claims]
 
 
-def words(result: Figures) -> list[str]:
+def summary(result: Figures) -> list[str]:
     """How the claims fare, and how to read figures and verdicts."""
     verdicts = [verdict.verdict for _, verdict in judgements(result)]
     asked = len(verdicts) - verdicts.count(NOT_ASKED)
@@ -201,7 +201,7 @@ COMMAND = Command(
     title="The paper's figures and claims",
     takes="some 15 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -289,7 +289,7 @@ def main(
     )
 
 
-def words(result: Folds) -> list[str]:
+def summary(result: Folds) -> list[str]:
     """How far the models agree."""
     records = result.records["folds"]
     worst = max(records, key=lambda record: abs(record["difference"]))
@@ -301,7 +301,7 @@ def words(result: Folds) -> list[str]:
         f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
         f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
         "second table.",
-        *shear.words(result.sheared),
+        *shear.summary(result.sheared),
     ]
 
 
@@ -391,7 +391,7 @@ COMMAND = Command(
     title="The ribbon at rest: folds and states",
     takes="some 50 seconds",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

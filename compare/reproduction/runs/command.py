@@ -115,7 +115,7 @@ def _agrees(verdict: CaseVerdict) -> str:
     return "yes" if ours == verdict.case.paper else "open" if ours == "sensitive" else "NO"
 
 
-def words(result: NamedCases) -> list[str]:
+def summary(result: NamedCases) -> list[str]:
     """How many cases end as the paper says, and what the types mean."""
     agreeing = [_agrees(verdict) for verdict in result.verdicts]
     coarse, fine = result.nodes
@@ -189,7 +189,7 @@ COMMAND = Command(
     title="Mode skipping and selection: the paper's named cases",
     takes="some 5 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -176,7 +176,7 @@ class Ranking:
     front_size: int
     error_change: float
 
-    def words(self) -> str:
+    def summary(self) -> str:
         """The same in a sentence."""
         return (
             f"Against the run before: rank correlation of times {self.correlation:.3f} (median), "

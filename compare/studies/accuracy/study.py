@@ -263,7 +263,7 @@ def _alone(result: Accuracy) -> list[str]:
     return [f"{entry.key}: reference: {known.source}, {'' if known.verified else 'not '}verified."]
 
 
-def words(result: Accuracy) -> list[str]:
+def summary(result: Accuracy) -> list[str]:
     """How far the defaults are from the fronts, and what is not verified or failed."""
     if result.alone:
         return _alone(result)
@@ -294,7 +294,7 @@ def words(result: Accuracy) -> list[str]:
             + "; ".join(dict.fromkeys(f"{r.entry.key}: {r.problem[:90]}" for r in failed[:4]))
         )
     if result.ranked is not None:
-        text.append(result.ranked.words())
+        text.append(result.ranked.summary())
     return text
 
 
@@ -373,7 +373,7 @@ COMMAND = Command(
     title=lambda found: "One row of the accuracy report" if found.alone else "Speed against error",
     takes="some 8 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

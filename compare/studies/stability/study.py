@@ -150,7 +150,7 @@ def _confirmations(confirmed: Sequence[Confirmation]) -> str:
     )
 
 
-def words(result: HardCases) -> list[str]:
+def summary(result: HardCases) -> list[str]:
     """How many there are of each status, and which default runs failed."""
     counts = Counter(v.status for v in result.runs)
     still = Counter(v.status for v in result.statics)
@@ -299,7 +299,7 @@ COMMAND = Command(
     title="Hard cases",
     takes="some 6 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,
