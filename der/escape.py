@@ -15,7 +15,7 @@ from ribbonfem.scene import Scene
 
 from . import kernels
 from .loop import Loop
-from .motion import policy_of
+from .motion import step_options
 from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state
@@ -62,7 +62,7 @@ def escape(
     damping = scene.scaled_damping
     ends = held(scene, angle, duration / scene.ribbon.inertial_time)
     course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
-    options = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
+    options = step_options("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
     run = Loop(rod, result.state, options, 1, configurations, result.velocity, damping)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)

@@ -35,7 +35,7 @@ class Loop:
         self,
         rod: Rod,
         state: RodState,
-        options: kernels.Policy,
+        options: kernels.StepOptions,
         every: int | None,
         configurations: bool,
         velocity: Array | None = None,

@@ -143,7 +143,7 @@ def simulate(
     row = 8.0 * (kernels.ROW_SIZE + (6 * rod.nodes if configurations else 0))
     require_duration(scene, fixed, LARGEST_TURN, row / every if every else 0.0)
     unit = scene.ribbon.inertial_time
-    options = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
+    options = step_options(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     if rod.retardation > 0.0 and options.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
     state, began = (start_state(rod), 0.0) if initial is None else initial_states.of(rod, initial)
@@ -185,9 +185,9 @@ def simulate(
     return history
 
 
-def policy_of(
+def step_options(
     method: str | Tableau, step: float, local: float, newton: float, radius: float = 0.0
-) -> kernels.Policy:
+) -> kernels.StepOptions:
     """What the loop is told of a method; `step` in units of t*, 0 for adaptive ones to `local` in L."""
     if isinstance(method, Tableau):
         kind, tableau = kernels.RUNGE_KUTTA, method
@@ -195,7 +195,7 @@ def policy_of(
         # (those that are no Runge-Kutta methods have no use for a tableau)
         kind, tableau = METHODS[method], TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
     embedded = tableau.embedded if kind == kernels.RUNGE_KUTTA else ORDERS[str(method)]
-    return kernels.Policy(
+    return kernels.StepOptions(
         kind,
         step,
         local,

@@ -203,14 +203,14 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
     pair = levels.seconds(scene, levels.first_rung(scene, tolerance))
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
-    for options in laws.planar.policies:
-        error = factor * laws.planar.run_error(options, up) + _MEASURED_TO
-        if error <= tolerance and laws.planar.seconds(options) <= pair:
+    for beam in laws.planar.beam_runs:
+        error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
+        if error <= tolerance and laws.planar.seconds(beam) <= pair:
             reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
-            reason += f"planar and stable out of plane: {options.elements} elements of the elastica do, "
+            reason += f"planar and stable out of plane: {beam.elements} elements of the elastica do, "
             reason += f"to {error:.1e}"
-            rest = {"elements": options.elements, "extensible": True, "tolerance": options.tolerance}
-            return chosen(OneBeam, options.model, rest, error, laws.planar.seconds(options), reason)
+            rest = {"elements": beam.elements, "extensible": True, "tolerance": beam.tolerance}
+            return chosen(OneBeam, "elastica", rest, error, laws.planar.seconds(beam), reason)
     return refined("and finer than a law of cheaper beams")
 
 

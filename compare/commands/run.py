@@ -169,7 +169,10 @@ def curves_of(history: History) -> Curve | None:
 
 def summary(result: Asked) -> list[str]:
     """The answer, and the reason for the model chosen."""
-    return [_sentence(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
+    return [
+        _sentence(result.choice, result.answer),
+        f"Chosen: {result.choice.model}. {result.choice.reason}.",
+    ]
 
 
 def tables(result: Asked) -> Iterator[Table]:

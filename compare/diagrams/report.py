@@ -65,13 +65,13 @@ def compute(
     samples, boundaries: as in `skipping_diagram`.
     """
     models = ("der", "kirchhoff") if model == "both" else (model,)
-    policies: dict[str, Mapping[str, Any]] = {
+    configurations: dict[str, Mapping[str, Any]] = {
         "der": {"nodes": nodes},
         # as the rods do
         "kirchhoff": {"extensible": True},
     }
     asked: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
-    result = [call(model=name, **asked, **policies[name]) for call in calls for name in models]
+    result = [call(model=name, **asked, **configurations[name]) for call in calls for name in models]
     published, same = [], []
     for call in calls if paper else ():
         more = {"model": "der", "ribbon": PAPER_RIBBON, "sweep": sweep, "boundaries": False, **PAPER_MESH}

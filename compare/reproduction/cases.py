@@ -134,7 +134,7 @@ def _drawn(history: History | None, scene: Scene) -> dict[str, list[float]]:
 def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[float, ...]) -> CaseVerdict:
     """Run a case on two meshes and at two tolerances of both models, and with the paper's implicit Euler."""
     coarse, fine = nodes
-    policies: list[tuple[str, str, dict[str, Any]]] = [
+    configurations: list[tuple[str, str, dict[str, Any]]] = [
         (f"N = {coarse}", "der", {"nodes": coarse, "tolerance": tolerance}),
         (f"N = {fine}", "der", {"nodes": fine, "tolerance": tolerance}),
         (f"N = {fine}, tolerance x 10", "der", {"nodes": fine, "tolerance": 10.0 * tolerance}),
@@ -142,12 +142,12 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
         ("discrete gradient", "der", {"nodes": coarse, "method": "discrete-gradient", "step": 2e-3}),
         *((label, "kirchhoff", {"extensible": True, **options}) for label, options in ELEMENTS),
     ]
-    refinements = len(policies)
-    policies += [
+    refinements = len(configurations)
+    configurations += [
         (f"implicit Euler, {step:g} s", "der", {"nodes": coarse, "method": "implicit-euler", "step": step})
         for step in euler
     ]
-    done = [one_run(case, label, model, options) for label, model, options in policies]
+    done = [one_run(case, label, model, options) for label, model, options in configurations]
     runs = tuple(run for run, _ in done)
     outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
     ratio = edge_ratio(coarse, fine)

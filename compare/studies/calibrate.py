@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from compare.chooser import random_scenes
-from compare.chooser.cost_laws import FILE, PlanarLaws, Policy, rounded, shipped
+from compare.chooser.cost_laws import FILE, BeamRun, PlanarLaws, rounded, shipped
 from compare.chooser.random_scenes import planar_scene, planar_snap
 from compare.chooser.refinement import expected_steps
 from compare.limits import limit_of
@@ -38,8 +38,8 @@ DAMPINGS = tuple(10.0 ** np.arange(-2.0, 2.26, 0.25))
 THICKEST = 0.0225
 LAGS = tuple(np.logspace(-3.5, 2.2, 38))
 TERMS, POWERS = 13, 5
-POLICIES = tuple(
-    Policy("elastica", *mesh)
+BEAM_RUNS = tuple(
+    BeamRun(*mesh)
     for mesh in ((6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 3e-6), (12, 1e-6), (14, 3e-7), (16, 1e-7))
 )
 # coarser axes do for errors than for delays
@@ -81,7 +81,7 @@ def _ratio(arguments: tuple[tuple[float, NormalForm], tuple[float, float]]) -> f
     (compression, form), (rate, damping) = arguments
     scene = planar_scene(compression, rate, damping)
     delay = predict(form, scene.rate, scene.damping).angle
-    return (planar_snap(scene, Policy("elastica", 16, 5e-7))[0] - form.angle) / delay
+    return (planar_snap(scene, BeamRun(16, 5e-7))[0] - form.angle) / delay
 
 
 def _axes(axes: dict[str, Sequence[float]]) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def planar_delays(sweep: Sweep) -> dict[str, Any]:
 
 
 def _truth(scene: Scene) -> float:
-    return planar_snap(scene, Policy("elastica", 28, 1e-8))[0]
+    return planar_snap(scene, BeamRun(28, 1e-8))[0]
 
 
 def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -130,7 +130,7 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
 
 def _errors(scene: Scene) -> list[tuple[float, float]]:
     truth = _truth(scene)
-    runs = (planar_snap(scene, options) for options in POLICIES)
+    runs = (planar_snap(scene, beam) for beam in BEAM_RUNS)
     return [(abs(angle - truth), seconds) for angle, seconds in runs]
 
 
@@ -139,16 +139,16 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     axes = ERROR_AXES.values()
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
     result = np.array(Study("planar runs", _errors, scenes).found(sweep))
-    grid = result.reshape(*(len(axis) for axis in axes), len(POLICIES), 2)
+    grid = result.reshape(*(len(axis) for axis in axes), len(BEAM_RUNS), 2)
     return {
         "axes": _axes(ERROR_AXES),
         "policies": [
             {
-                **{"key": options.key, **asdict(options)},
+                **{"key": beam.key, "model": "elastica", **asdict(beam)},
                 "seconds": rounded(np.median(grid[..., k, 1]), 2),
                 "error": rounded(grid[..., k, 0], 2),
             }
-            for k, options in enumerate(POLICIES)
+            for k, beam in enumerate(BEAM_RUNS)
         ],
     }
 
@@ -337,11 +337,11 @@ def tables(result: Calibration) -> Iterator[Table]:
             "Runs of planar scenes",
             result.laws["planar"]["runs"]["policies"],
             [
-                *(("policy", "s", "key"), ("CPU s", ".3f", "seconds")),
+                *(("run", "s", "key"), ("CPU s", ".3f", "seconds")),
                 ("median error", ".1e", lambda run: float(np.median(run["error"]))),
                 ("largest error", ".1e", lambda run: float(np.max(run["error"]))),
             ],
-            "Errors of the angle of the snap (rad) on a grid of scenes. Policy: model, elements, tolerance.",
+            "Errors of the angle of the snap (rad) on a grid of scenes. Run: model, elements, tolerance.",
         )
     if "ribbon" in result.new:
         laws = result.laws["ribbon"]

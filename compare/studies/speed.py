@@ -51,7 +51,7 @@ ELEMENTS_TOLERANCES = tuple(1e-3 * 10.0 ** (-i / 4) for i in range(15))
 ONCE = 1e-5
 LIMIT = {"elements": 14, "extensible": True, "tolerance": 1e-8}
 
-Policy = Mapping[str, Any]
+Options = Mapping[str, Any]
 Key = tuple[str, int, str, float]
 
 
@@ -99,7 +99,7 @@ class Price(NamedTuple):
         return f"{mesh}, {method}, {self.tolerance:.0e}"
 
 
-def _runs() -> Iterator[tuple[Key, str, Policy]]:
+def _runs() -> Iterator[tuple[Key, str, Options]]:
     """Every run of a scene: (series, mesh, method, tolerance), model, configuration."""
     for elements, tolerance in itertools.product(ELEMENTS, ELEMENTS_TOLERANCES):
         options = {"elements": elements, "extensible": True, "tolerance": tolerance}
@@ -109,7 +109,7 @@ def _runs() -> Iterator[tuple[Key, str, Policy]]:
         yield ("rods", nodes, method, tolerance), "der", options
 
 
-def _snap(model: str, scene: Scene, options: Policy) -> tuple[float, float]:
+def _snap(model: str, scene: Scene, options: Options) -> tuple[float, float]:
     """The angle of the snap and CPU seconds, the start's among them."""
     forget(model)
     begin = time.process_time()
@@ -131,7 +131,7 @@ def measured(scene: Scene, rounds: int, sweep: Sweep) -> tuple[dict[Key, tuple[f
             _snap(model, scene, options)
     title = f"({scene.compression:g}, {scene.shear:g})"
 
-    def snap(run: tuple[Key, str, Policy]) -> tuple[float, float]:
+    def snap(run: tuple[Key, str, Options]) -> tuple[float, float]:
         return _snap(run[1], scene, run[2])
 
     result = {run[0]: [first] for run, first in Study(title, snap, runs).rows(sweep)}

@@ -159,7 +159,7 @@ class Ranking:
 
     Attributes
     ----------
-    pairs: policies compared two by two, within families; swapped: those in another order;
+    pairs: configurations compared two by two, within families; swapped: those in another order;
     clear: pairs more than `TIE` apart in both runs; clear_swapped: those of them in another order.
     correlation: Spearman's, the median over the families of a group; of families whose times hardly
         differ it is low.

@@ -80,8 +80,8 @@ def _select(group: str, model: str, row: str) -> list[Entry]:
     ]
     if row and not result:
         raise ValueError(
-            f"row = {row!r}: there is none; a row is GROUP/CASE/FAMILY/POLICY, as a full run's accuracy.json "
-            "lists them"
+            f"row = {row!r}: there is none; a row is GROUP/CASE/FAMILY/OPTIONS, as a full run's "
+            "accuracy.json lists them"
         )
     if not result:
         raise ValueError(f"group = {group!r} and model = {model!r}: that model is not in the group")

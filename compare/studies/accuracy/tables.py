@@ -105,7 +105,7 @@ def fronts_table(result: Mapping[tuple[str, str], list[Candidate]]) -> Table:
         [member for (group, _), its in result.items() for member in front(its, quantity[group])],
         [
             *(("group", "s", "group"), ("model", "s", "family")),
-            ("policy", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),
+            ("options", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),
             ("dofs", "d", "dofs"),
             ("settled", ".1e", lambda c: c.settled[quantity[c.group]]),
             ("angle (rad)", ".1e", lambda c: c.errors[quantity[c.group]]),
