@@ -42,10 +42,17 @@ _MOVED = (
     ("compare.reproduction.named", "compare.reproduction.named_runs"),
     ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
 )
-# fields by their names of the version before
-_RENAMED = {"angle": "control", "policy": "options", "doubt": "uncertainty"}
+# records and fields by their names of the version before
+_CLASSES = {"compare.commands.run:Asked": "RunResult"}
+_RENAMED = {
+    "angle": "control",
+    "policy": "options",
+    "doubt": "uncertainty",
+    "verb": "function",
+    "asked": "chosen",
+}
 # keys of `--json` that are not the names of the fields
-_KEYS = {"options": "policy", "uncertainty": "doubt"}
+_KEYS = {"options": "policy", "uncertainty": "doubt", "function": "verb"}
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -120,6 +127,7 @@ def _record(name: str, given: dict[str, Any]) -> Any:
     module = next(
         (new + module[len(old) :] for old, new in _MOVED if f"{module}.".startswith(f"{old}.")), module
     )
+    qualname = _CLASSES.get(f"{module}:{qualname}", qualname)
     if module.split(".")[0] not in ROOMS or not qualname.isidentifier():
         raise ArchiveError(f"{name!r} is no record of this package")
     try:

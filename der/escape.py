@@ -10,7 +10,7 @@ from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
 from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error, options_given
-from ribbonfem.results import History, SolverError, told
+from ribbonfem.results import History, SolverError, control_text
 from ribbonfem.scene import Scene
 
 from . import kernels
@@ -70,6 +70,6 @@ def escape(
     history = run.history(scene, options_given(tolerance=local), stats)
     if status != kernels.DONE:
         raise SolverError(
-            f"the escape from {told(scene, angle)} on {nodes} nodes did not reach its end", history
+            f"the escape from {control_text(scene, angle)} on {nodes} nodes did not reach its end", history
         )
     return history

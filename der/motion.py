@@ -26,7 +26,7 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
-from ribbonfem.results import History, RestState, SolverError, told
+from ribbonfem.results import History, RestState, SolverError, control_text
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
@@ -173,13 +173,13 @@ def simulate(
         if run.rows.full:
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"
         elif status == kernels.STUCK:
-            asked = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
-            cause = f"from {asked} down to {1e-9 * unit:.1e} s no step found a next state"
+            steps = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
+            cause = f"from {steps} down to {1e-9 * unit:.1e} s no step found a next state"
         else:
             cause = "its energy grew by more than a quarter beyond the work done"
         raise SolverError(
             f"{getattr(method, 'name', method)} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
-            f"{told(scene, history.control[-1])}, on {rod.nodes} nodes: {cause}",
+            f"{control_text(scene, history.control[-1])}, on {rod.nodes} nodes: {cause}",
             history,
         )
     return history

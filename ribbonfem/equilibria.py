@@ -18,10 +18,13 @@ from .scene import Scene, SceneError
 Array = NDArray[np.float64]
 
 
-def told(scene: Scene | None, control: float, form: str = ".6g") -> str:
+def control_text(scene: Scene | None, control: float, form: str = ".6g") -> str:
     """The control with its name and unit: alpha where only clamps turn."""
     name, unit = ("alpha", "rad") if scene is None or scene.turning else ("control", scene.drives.unit)
     return f"{name} {control:{form}} {unit}".rstrip()
+
+
+told = control_text  # its old name
 
 
 def axis_of(scene: Scene | None) -> str:
@@ -72,7 +75,7 @@ class Fold(Controlled):
     def __repr__(self) -> str:
         of = "; ".join(part for part in (self.model, short_options(self.options)) if part)
         return (
-            f"Fold({told(self.scene, self.control, '.9g')}, z(1/2) {self.height:.9g} L, "
+            f"Fold({control_text(self.scene, self.control, '.9g')}, z(1/2) {self.height:.9g} L, "
             f"load {self.load:.9g} EI2/L^2{f'; {of}' if of else ''})"
         )
 
@@ -121,7 +124,7 @@ class Instability(Controlled):
     def __repr__(self) -> str:
         what = ("subcritical " if self.subcritical and self.kind == "pitchfork" else "") + self.kind
         return (
-            f"Instability({what} at {told(self.scene, self.control, '.9g')}"
+            f"Instability({what} at {control_text(self.scene, self.control, '.9g')}"
             f"{', out of the plane' if self.out_of_plane else ''}, z(1/2) {self.height:.9g} L)"
         )
 
@@ -260,6 +263,6 @@ class RestState(Controlled):
 
     def __repr__(self) -> str:
         return (
-            f"RestState({self.name!r}, {told(self.scene, self.control)}, z(1/2) {self.height:.6g} L, "
+            f"RestState({self.name!r}, {control_text(self.scene, self.control)}, z(1/2) {self.height:.6g} L, "
             f"energy {self.energy:.6g} EI2/L, index {self.index})"
         )

@@ -169,7 +169,7 @@ def test_lines_find_points_and_bands(truth, band):
         return ["yes" if truth(value) else "no" for _, value in work]
 
     search([line], run)
-    ((value, uncertainty, low, high, below, above),) = line.found()
+    ((value, uncertainty, low, high, below, above),) = line.changes()
     assert (below, above) == ("no", "yes")
     assert (high > low) == band
     assert abs(value - 0.3) <= (0.02 if band else uncertainty)

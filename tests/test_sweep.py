@@ -105,6 +105,7 @@ def test_spoilt_archives_are_told(tmp_path):
         ("ribbonfem.results:Fold", "ribbonfem.equilibria:Fold"),
         ("ribbonfem.delay.fold:NormalForm", "ribbonfem.delay.normal_forms:NormalForm"),
         ("compare.reproduction.named:Case", "compare.reproduction.named_runs:Case"),
+        ("compare.commands.run:Asked", "compare.commands.run:RunResult"),
         ("compare.measures.quantities:Shape", "compare.quantities.measure:Shape"),
     ],
 )

@@ -25,7 +25,7 @@ from typing import Any
 
 from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
-from ribbonfem.results import told
+from ribbonfem.results import control_text
 
 from . import levels, predicted, refinement
 from .cost_laws import Laws, shipped
@@ -110,7 +110,7 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
     result = levels.MODELS[name].instabilities(scene, extensible=True)
     lost = next((point for point in result if point.kind != "fold"), None)
     if lost is not None:
-        where = told(scene, lost.control)
+        where = control_text(scene, lost.control)
         raise SceneError(
             f"Scene.drive = {scene.drive!r}: at {where} the state at rest is lost at a {lost.kind}"
             f"{' out of its plane' if lost.out_of_plane else ''}, where a perfect run stays on it; when it "

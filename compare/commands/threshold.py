@@ -73,7 +73,7 @@ def values(result: Threshold) -> dict[str, Any]:
 
 COMMAND = Command(
     name="threshold",
-    title=lambda found: f"Where {found.outcome} begins or ends",
+    title=lambda result: f"Where {result.outcome} begins or ends",
     takes="some 20 seconds",
     main=main,
     words=summary,

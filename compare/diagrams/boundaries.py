@@ -78,41 +78,41 @@ class Line:
         missing = [x for x in grid if x not in self.known]
         if missing:
             return missing
-        gaps = [(a, b) for a, b in self.changes() if b - a > math.log1p(self.tolerance)]
+        gaps = [(a, b) for a, b in self.brackets() if b - a > math.log1p(self.tolerance)]
         if gaps:
             return [0.5 * (a + b) for a, b in gaps]
         if self.beside:
             return []
         self.beside = True
         wanted = []
-        for a, b in self.changes():
+        for a, b in self.brackets():
             for k in range(1, _BESIDE + 1):
                 share = _REACH * k / _BESIDE
                 wanted += [x for x in (a - share, b + share) if low < x < high and x not in self.known]
         return wanted
 
-    def changes(self) -> list[tuple[float, float]]:
+    def brackets(self) -> list[tuple[float, float]]:
         """Neighbouring points whose outcomes differ."""
         done = sorted((x, name) for x, name in self.known.items() if name)
         return [(a, b) for (a, one), (b, two) in pairwise(done) if one != two]
 
-    def found(self) -> list[tuple[float, float, float, float, str, str]]:
+    def changes(self) -> list[tuple[float, float, float, float, str, str]]:
         """Value, uncertainty, low, high, below, above of each change; changes close together are a band."""
         groups: list[list[tuple[float, float]]] = []
-        for change in self.changes():
+        for change in self.brackets():
             if groups and change[0] - groups[-1][-1][1] < 2.0 * _REACH:
                 groups[-1].append(change)
             else:
                 groups.append([change])
-        told = []
+        changes = []
         for group in groups:
             low, high = group[0][0], group[-1][1]
             below, above = self.known[low], self.known[high]
             value = math.exp(0.5 * (low + high))
             uncertainty = 0.5 * (math.exp(high) - math.exp(low))
             ends = (math.exp(low), math.exp(high)) if len(group) > 1 else (value, value)
-            told.append((value, uncertainty, *ends, below, above))
-        return told
+            changes.append((value, uncertainty, *ends, below, above))
+        return changes
 
 
 def search(lines: Sequence[Line], run: Callable[[list[tuple[int, float]]], list[str]]) -> None:

@@ -89,9 +89,9 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
     search(lines, run)
     mesh = mesh_of(base.model, base.options)[MESH[base.model]]
     return tuple(
-        Boundary(along, fixed, *told, mesh)
+        Boundary(along, fixed, *change, mesh)
         for line, (along, fixed) in zip(lines, what, strict=True)
-        for told in line.found()
+        for change in line.changes()
     )
 
 

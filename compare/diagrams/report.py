@@ -70,8 +70,8 @@ def compute(
         # as the rods do
         "kirchhoff": {"extensible": True},
     }
-    asked: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
-    result = [call(model=name, **asked, **configurations[name]) for call in calls for name in models]
+    common: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
+    result = [call(model=name, **common, **configurations[name]) for call in calls for name in models]
     published, same = [], []
     for call in calls if paper else ():
         more = {"model": "der", "ribbon": PAPER_RIBBON, "sweep": sweep, "boundaries": False, **PAPER_MESH}

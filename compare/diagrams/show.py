@@ -170,9 +170,9 @@ def named_table(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Name
                 continue
             shares = dict(zip(d.outcomes, map(float, d.shares[place]), strict=True))
             cell = str(d.outcome[place])
-            told = ", ".join(f"{name} {share:.2f}" for name, share in shares.items() if share > 0.0)
+            listed = ", ".join(f"{name} {share:.2f}" for name, share in shares.items() if share > 0.0)
             verdict = _verdict(d, case, cell, shares.get(case.paper, 0.0))
-            rows.append([label(d), case.where, case.rate, case.damping, case.paper, cell, told, verdict])
+            rows.append([label(d), case.where, case.rate, case.damping, case.paper, cell, listed, verdict])
     return Table(
         "The paper's named runs in their cells",
         ["diagram", "figure", "rate", "nu", "paper", "cell", "shares", "verdict"],

@@ -88,7 +88,7 @@ class Threshold(Value):
         return self.uncertainty
 
     def __repr__(self) -> str:
-        told = [
+        parts = [
             f"{c.below} below and {c.above} above {self.vary} = "
             + (
                 f"{c.low:.6g} .. {c.high:.6g} (mixed)"
@@ -97,7 +97,7 @@ class Threshold(Value):
             )
             for c in self.changes
         ]
-        return f"Threshold({'; '.join(told)}; {self.model}, {self.runs} runs)"
+        return f"Threshold({'; '.join(parts)}; {self.model}, {self.runs} runs)"
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class _Search:
                     "or none that the model follows"
                 )
         return [
-            [told for told in line.found() if self.outcome in told[4:]] or self._nothing(line)
+            [change for change in line.changes() if self.outcome in change[4:]] or self._nothing(line)
             for line in lines
         ]
 
@@ -254,17 +254,17 @@ def threshold(
     trial = Trial(scene, vary, low, model, options, outcome in SELECTION)
     looking = _Search(trial, outcome, tolerance, sweep or Sweep())
     first = looking.on(meshes[0], [(low, high)])[0]
-    tracks: list[list[tuple[Any, ...]]] = [[told] for told in first]
+    tracks: list[list[tuple[Any, ...]]] = [[change] for change in first]
     done = 1
     for mesh in meshes[1:]:
         spans = [(max(low, track[-1][2] / _AROUND), min(high, track[-1][3] * _AROUND)) for track in tracks]
-        for track, told in zip(tracks, looking.on(mesh, spans), strict=True):
-            track.append(told[0])
+        for track, change in zip(tracks, looking.on(mesh, spans), strict=True):
+            track.append(change[0])
         done += 1
         settled = True
         for track in tracks:
-            value, uncertainty = _limit(model, meshes[:done], [told[0] for told in track])
-            band = any(told[3] > told[2] for told in track)
+            value, uncertainty = _limit(model, meshes[:done], [change[0] for change in track])
+            band = any(change[3] > change[2] for change in track)
             settled &= band or uncertainty + track[-1][1] <= tolerance * abs(value)
         if settled:
             break
@@ -291,8 +291,8 @@ def threshold(
 def _change(track: list[tuple[Any, ...]], meshes: Sequence[int], model: str, single: bool) -> Change:
     """The change that a track of meshes leads to."""
     _, uncertainty, low, high, below, above = track[-1]
-    by_mesh = dict(zip(meshes, (told[0] for told in track), strict=True))
+    by_mesh = dict(zip(meshes, (change[0] for change in track), strict=True))
     if high > low or single:
         return Change(track[-1][0], uncertainty, low, high, below, above, by_mesh)
-    value, error = _limit(model, meshes, [told[0] for told in track])
+    value, error = _limit(model, meshes, [change[0] for change in track])
     return Change(value, error + uncertainty, value, value, below, above, by_mesh)

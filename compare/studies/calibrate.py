@@ -112,7 +112,7 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
     """
     rng = np.random.default_rng(seed)
     drawn = [random_scenes.random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
-    truths = Study("predictions", _truth, drawn).found(sweep)
+    truths = Study("predictions", _truth, drawn).results(sweep)
     floor, ringing, power, rest = 1e-5, 8e-3, 1.3, 1e-4
     shape = {"floor": floor, "ringing": [ringing, power, rest]}
     laws = PlanarLaws({**planar, "delay": {**planar["delay"], **shape}})
@@ -138,7 +138,7 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     """Errors and CPU seconds of the configurations on a grid of scenes."""
     axes = ERROR_AXES.values()
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
-    result = np.array(Study("planar runs", _errors, scenes).found(sweep))
+    result = np.array(Study("planar runs", _errors, scenes).results(sweep))
     grid = result.reshape(*(len(axis) for axis in axes), len(BEAM_RUNS), 2)
     return {
         "axes": _axes(ERROR_AXES),
@@ -159,7 +159,7 @@ def _drawn(
     """Random ribbons, and what was measured of each."""
     rng = np.random.default_rng(seed)
     drawn = [random_scenes.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
-    return drawn, Study(title, measure, drawn, **more).found(sweep)
+    return drawn, Study(title, measure, drawn, **more).results(sweep)
 
 
 def _ribbon(scene: Scene) -> dict[str, Any]:

@@ -249,7 +249,7 @@ def main(
         refuse("tolerances", tolerances, "must hold at least one")
     wanted = tuple(positive("tolerances", tolerance, 1.0) for tolerance in tolerances)
     study = Study("scenes", _judge, draw(scenes, seed), [wanted], prepare=warm_up)
-    verdicts = [verdict for each in study.found(sweep or Sweep()) for verdict in each]
+    verdicts = [verdict for each in study.results(sweep or Sweep()) for verdict in each]
     return Choices(seed, wanted, tuple(verdicts))
 
 

@@ -19,7 +19,7 @@ from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability, RestState
 from ribbonfem.scene import Scene
 
-from . import out_of_plane as sideways
+from . import out_of_plane
 from .discretisation import vibrations
 from .motion import ELEMENTS
 from .problem import Statics, _State
@@ -98,7 +98,7 @@ def instabilities(
     of: dict[str, Any] = {"model": "elastica", "options": options_given()}
     result = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in result]
-    across = sideways.lost_at(problem, start, scene)
+    across = out_of_plane.lost_at(problem, start, scene)
     if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
         return tuple(points)
     control = float(across.parameter)
@@ -132,7 +132,7 @@ def leaves_plane(scene: Scene, *, elements: int = AT_REST, extensible: bool = Fa
     NaN where they do not lose it; where the control starts, where the start has not got it.
     """
     named(scene, elements, extensible)
-    return sideways.leaves_plane(scene, elements, extensible)
+    return out_of_plane.leaves_plane(scene, elements, extensible)
 
 
 @checked

@@ -222,7 +222,7 @@ def pitchforks(
 ) -> Pitchforks:
     """The shears at which the states of a ribbon fork at alpha = 0 (paper, appendix B).
 
-    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways; these are then on the mirror
+    Beyond dL/L = 0.905 or so the planar U is itself unstable, out of its plane; these are then on the mirror
     image of its curve, which turns back to the other side.
 
     Parameters

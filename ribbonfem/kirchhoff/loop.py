@@ -12,7 +12,7 @@ from ribbonfem.ends import held
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.frozen import freeze
 from ribbonfem.material.kernels import LAW
-from ribbonfem.results import Array, History, RestState, SolverError, told
+from ribbonfem.results import Array, History, RestState, SolverError, control_text
 from ribbonfem.row_buffer import some_steps
 from ribbonfem.rows import Columns, Rows, reactions_in
 from ribbonfem.scene import Scene
@@ -222,6 +222,6 @@ def integrate(
     history = run.history(scene, options, stats, initial)
     problem_met = run.rows.full or problem_of(status, scene, control)
     if problem_met:
-        where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"
+        where = f"t = {history.time[-1]:.6g} s, {control_text(scene, history.control[-1])}"
         raise SolverError(f"kirchhoff: stopped at {where}: {problem_met}", history)
     return history

@@ -127,7 +127,7 @@ def unbroken(problem: Statics, limit: float, steps: Steps) -> Iterator[Segment[F
             break
     else:
         return
-    # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to negative shears;
+    # beyond dL/L = 0.905 the planar U is unstable out of its plane, and the curve turns to negative shears;
     # its mirror image goes on where US is looked for
     back = first_point(problem, sheared_back(segment.end.state), -segment.end.parameter, 1.0)
     yield from trace(problem, back, (-limit, limit), steps, unstable=8)

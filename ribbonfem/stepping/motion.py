@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem.frozen import freeze
-from ribbonfem.results import Array, History, RestState, SolverError, told
+from ribbonfem.results import Array, History, RestState, SolverError, control_text
 from ribbonfem.rows import Rows, reactions_in
 from ribbonfem.scene import Scene
 
@@ -81,6 +81,6 @@ class Motion:
             reactions=reactions,
         )
         if self.problem:
-            where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"
+            where = f"t = {history.time[-1]:.6g} s, {control_text(scene, history.control[-1])}"
             raise SolverError(f"{model}: stopped at {where}: {self.problem}", history)
         return history

@@ -9,8 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from compare.diagrams import report as asked
-from compare.diagrams import selection_diagram, skipping_diagram
+from compare.diagrams import report, selection_diagram, skipping_diagram
 from compare.diagrams.report import Diagrams
 from compare.limits import edge_ratio, two_point
 from compare.models import MODELS, warm_up
@@ -238,6 +237,6 @@ def mapped(
         calls = [partial(skipping_diagram, *place, *grid) for place in SKIPPING]
     else:
         calls = [partial(selection_diagram, *place, *grid) for place in SELECTION]
-    return asked.compute(
+    return report.compute(
         calls, model=model, nodes=51, paper=False, samples=samples, boundaries=True, sweep=sweep
     )

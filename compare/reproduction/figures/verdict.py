@@ -65,7 +65,7 @@ class Claim:
 
     def of(self, result: Figures) -> Verdict:
         """The verdict of a result."""
-        if self.figure not in result.asked:
+        if self.figure not in result.chosen:
             return Verdict(NOT_ASKED, "")
         return of_parts(self.judge, result, *self.more)
 

@@ -40,7 +40,7 @@ class Refined:
     over: Mapping[str, tuple[float, ...]]
     options: Mapping[str, Any]
 
-    def found(self) -> Convergence:
+    def converge(self) -> Convergence:
         """Do it."""
         return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.options)
 

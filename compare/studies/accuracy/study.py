@@ -95,7 +95,7 @@ def _reference(work: tuple[Bench, Family]) -> Reference:
 def _references(selected: Sequence[Entry], sweep: Sweep) -> dict[KeyOf, Reference]:
     work = {_key_of(entry): (entry.case, entry.family) for entry in reversed(selected)}
     work = {key: work[key] for key in dict.fromkeys(map(_key_of, selected))}
-    return dict(zip(work, Study("references", _reference, list(work.values())).found(sweep), strict=True))
+    return dict(zip(work, Study("references", _reference, list(work.values())).results(sweep), strict=True))
 
 
 def _key_of(entry: Entry) -> KeyOf:
@@ -247,7 +247,7 @@ def main(
     models = tuple(dict.fromkeys(entry.family.model for entry in selected))
     groups = tuple(dict.fromkeys(entry.case.group for entry in selected))
     refined = orders_of.refinements(groups, models) if orders and not row else []
-    studied = tuple(Study("orders", orders_of.Refined.found, refined).rows(sweep))
+    studied = tuple(Study("orders", orders_of.Refined.converge, refined).rows(sweep))
     result = Accuracy(rounds, rows, known, studied, old, bool(row))
     if not row and not defaults_of_fronts(result.choices):
         raise SolverError(
@@ -370,12 +370,12 @@ def values(result: Accuracy) -> dict[str, Any]:
 
 COMMAND = Command(
     name="accuracy",
-    title=lambda found: "One row of the accuracy report" if found.alone else "Speed against error",
+    title=lambda result: "One row of the accuracy report" if result.alone else "Speed against error",
     takes="some 8 minutes",
     main=main,
     words=summary,
     tables=tables,
     drawings=drawings,
     values=values,
-    section_name=lambda found: "accuracy-row" if found.alone else "accuracy",
+    section_name=lambda result: "accuracy-row" if result.alone else "accuracy",
 )

@@ -77,7 +77,7 @@ class Attempt:
 
 def attempted(title: str, runs: Sequence[Attempt], sweep: Sweep) -> Sequence[Attempt]:
     """The runs, each attempted once."""
-    Study(title, Attempt.once, runs).found(sweep)
+    Study(title, Attempt.once, runs).results(sweep)
     return runs
 
 
