@@ -226,7 +226,7 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> floa
     state = start_state(rod)
     problem, steps = Statics(rod), default_steps(rod)
     energies = []
-    span = (-3.0, 3.0) if scene.turning else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
+    span = (-3.0, 3.0) if scene.clamps_turn else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
     for sign in (-1.0, 1.0):
         for segment in trace(problem, first_point(problem, state, scene.begin, sign), span, steps):
             ends = segment.start.parameter - control, segment.end.parameter - control

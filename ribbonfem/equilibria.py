@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 def control_text(scene: Scene | None, control: float, form: str = ".6g") -> str:
     """The control with its name and unit: alpha where only clamps turn."""
-    name, unit = ("alpha", "rad") if scene is None or scene.turning else ("control", scene.drives.unit)
+    name, unit = ("alpha", "rad") if scene is None or scene.clamps_turn else ("control", scene.drives.unit)
     return f"{name} {control:{form}} {unit}".rstrip()
 
 
@@ -29,7 +29,7 @@ told = control_text  # its old name
 
 def axis_of(scene: Scene | None) -> str:
     """The head of a column of controls."""
-    if scene is None or scene.turning:
+    if scene is None or scene.clamps_turn:
         return "alpha (rad)"
     return f"control ({scene.drives.unit})" if scene.drives.unit else "control"
 
@@ -47,7 +47,7 @@ class Controlled(Value):
             Where something else moves.
         """
         scene = self.scene  # type: ignore[attr-defined]
-        if scene is not None and not scene.turning:
+        if scene is not None and not scene.clamps_turn:
             raise SceneError(f"angle: what moves is drive = {scene.drive!r}, no angle; read `control`")
         return self.control  # type: ignore[attr-defined]
 
@@ -174,7 +174,7 @@ class Branch(Controlled):
         return len(self.control)
 
     def __repr__(self) -> str:
-        turning = self.scene is None or self.scene.turning
+        turning = self.scene is None or self.scene.clamps_turn
         name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
         span = f"{name} {self.control.min():.4g} .. {self.control.max():.4g} {unit}" if len(self) else "empty"
         folds = ", ".join(f"{fold.control:.6g}" for fold in self.folds) or "none"

@@ -32,6 +32,7 @@ from .scene_checks import (
     require_buckled,
     require_feasible,
     require_isolated,
+    require_signs,
     require_slack,
     warn_of_slips,
     what_leaves_plane,
@@ -160,13 +161,9 @@ class Scene:
         self._set("drive", as_drive(drive))
         self._set("preset", as_preset({} if preset is None else preset, self.drives))
         self._set("gravity", as_gravity(gravity))
-        if self.rate == 0.0:
-            raise SceneError("Scene.rate = 0.0: must not be zero")
+        require_signs(self.rate, self.hold, self.damping)
         self._set("schedule", as_schedule(schedule, self.drives, self.drive, self.rate, stop, self.hold))
         self._set("stop", as_stop(stop, self.rate, self.drives))
-        for name in ("hold", "damping"):
-            if getattr(self, name) < 0.0:
-                raise SceneError(f"Scene.{name} = {getattr(self, name)!r}: must not be negative")
         require_feasible(self.chord, self.schedule, self.stop, self.preset)
         warn_of_slips(self.stop, self.drives, self.gravity, self.ribbon)
 
@@ -225,9 +222,11 @@ class Scene:
         return self.drive if isinstance(self.drive, Drive) else NAMED[self.drive]
 
     @property
-    def turning(self) -> bool:
+    def clamps_turn(self) -> bool:
         """Whether the control is an angle of clamps that turn, and nothing else moves."""
         return self.drives.kind == "turn"
+
+    turning = clamps_turn  # its old name
 
     @property
     def begin(self) -> float:
@@ -365,8 +364,8 @@ class Scene:
         if self.schedule is not None:
             return self.schedule.value[-1]
         if self.stop is None:
-            needed = "the angle (rad) at which the clamp stops" if self.turning else "where the control stops"
-            raise SceneError(f"Scene.stop = None: a simulation needs {needed}")
+            needed = "the angle (rad) at which the clamp" if self.clamps_turn else "where the control"
+            raise SceneError(f"Scene.stop = None: a simulation needs {needed} stops")
         return self.stop
 
     @cached_property

@@ -72,6 +72,15 @@ def as_gravity(gravity: object) -> tuple[float, float, float] | None:
     return x, y, z
 
 
+def require_signs(rate: float, hold: float, damping: float) -> None:
+    """Raise a `SceneError` if the control does not move, or is held for, or damped by, less than nothing."""
+    if rate == 0.0:
+        raise SceneError("Scene.rate = 0.0: must not be zero")
+    for name, value in (("hold", hold), ("damping", damping)):
+        if value < 0.0:
+            raise SceneError(f"Scene.{name} = {value!r}: must not be negative")
+
+
 def as_schedule(
     schedule: object, drive: Drive, named: str | Drive, rate: float, stop: object, hold: float
 ) -> Schedule | None:

@@ -139,7 +139,7 @@ def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: boo
     """
     problem, state = states.named(scene, elements=elements, extensible=extensible)
     steps, span = steps_for(scene), (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
-    if scene.turning:
+    if scene.clamps_turn:
         span = (-3.0, 3.0)
     energies = []
     for sign in (-1.0, 1.0):

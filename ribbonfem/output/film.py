@@ -34,7 +34,7 @@ class _Stage:
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
-        turning = history.scene.turning
+        turning = history.scene.clamps_turn
         self.control_text = (
             (lambda a: f"α = {a:.3f} rad") if turning else (lambda c: control_text(history.scene, c, ".3f"))
         )

@@ -139,6 +139,6 @@ def draw_curve(
 
 def control_label(scene: Scene | None) -> str:
     """The label of an axis of the control."""
-    if scene is None or scene.turning:
+    if scene is None or scene.clamps_turn:
         return r"$\alpha$ (rad)"
     return f"{scene.drive if isinstance(scene.drive, str) else 'control'} ({scene.drives.unit or '1'})"

@@ -72,7 +72,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
 
 def _control(result: Any) -> str:
     """The column of the control: "angle" where clamps turn."""
-    return "angle" if result.scene is None or result.scene.turning else "control"
+    return "angle" if result.scene is None or result.scene.clamps_turn else "control"
 
 
 def _unit(name: str, result: Any) -> str:

@@ -79,7 +79,7 @@ def _within_reach(scene: Scene) -> Scene:
     """The scene, stopped where mu is 4, far beyond its fold: a coarse mesh cannot bend much further."""
     limit = 4.0 * scene.compression**0.5
     if (
-        not scene.turning
+        not scene.clamps_turn
         or scene.schedule is not None
         or (scene.stop is not None and abs(scene.stop) <= limit)
     ):
