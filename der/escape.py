@@ -34,16 +34,11 @@ def escape(
     until: str = "end",
     steps: Steps | None = None,
 ) -> History:
-    """The motion that leaves a fold at the fold's own control, held there.
-
-    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
-    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+    """The motion that leaves a fold at the fold's own control, held there: see `ribbonfem.kirchhoff.escape`.
 
     Parameters
     ----------
-    fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole ribbon of mass 1, of [1e-5, 0.05].
-    tolerance: of the adaptive step, the local error of positions in L.
+    fold, amplitude, tolerance: as in `ribbonfem.kirchhoff.escape`.
     nodes, clamp, configurations, steps: as in `simulate` and `folds`.
     until: "end", or "snap", soon after the height first changes sign.
 

@@ -42,25 +42,13 @@ def simulate(
     scene: a planar scene with a `stop` or a `schedule`.
     elements: of degree 5, at least 4; errors fall as elements^-10.
     extensible: whether the beam stretches, with EA of the rectangular section.
-    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal), "implicit-euler" or "discrete-gradient", of order 2, which alone keeps the energy of
-        undamped ringing, whatever the step (`kernels.average_vector_field`): the one for a ring-down, with
-        ``tolerance=1e-4``.
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
-        where no next state is found.
-    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
-        beam creeps (down to 0.01 of it); 3e-5 if neither is given,
-        which leaves 3e-6 rad in a snap's angle in the median of drawn scenes and 7e-5 at most, where the
-        mesh leaves 1e-8 and 2e-5 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
-    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
-    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
-        thins them out then (`History`).
+    method, step, spectral_radius, every: as in `kirchhoff.simulate`.
+    tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 3e-6 rad in a snap's angle in
+        the median of drawn scenes and 7e-5 at most, where the mesh leaves 1e-8 and 2e-5
+        (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     configurations: False leaves positions and curvatures out of the result.
     until: "end", or "snap", soon after the height first changes sign.
-    initial: a `RestState` to begin at in place of the scene's `start`, or a `History` whose last instant is
-        gone on from: time goes on, and dissipated energy and work.  Of the same mesh and ribbon, the state of
-        any model with these nodes; its clamps have to be where the scene's begin.  To the last bit the
-        uninterrupted run where that has a kink then.
+    initial: as in `kirchhoff.simulate`; a state at rest may be of any model with these nodes.
 
     Returns
     -------
@@ -114,16 +102,11 @@ def escape(
     tolerance: float = 1e-6,
     until: str = "end",
 ) -> History:
-    """The motion that leaves a fold at the fold's own angle, the clamp held there.
-
-    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
-    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+    """The motion that leaves a fold at the fold's own angle, the clamp held there: see `kirchhoff.escape`.
 
     Parameters
     ----------
-    fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole beam of mass 1, of [1e-5, 0.05].
-    tolerance: of the adaptive step, the local error of positions in L.
+    fold, amplitude, tolerance: as in `kirchhoff.escape`.
     elements, extensible, until: as in `simulate`.
 
     Raises

@@ -59,17 +59,11 @@ def simulate(
         errors fall as elements^-4.
     degree: of the elements, if another: above 3 there are bubbles beside the Hermite functions, and any
         number of elements will do.
-    method: "esdirk4", "esdirk3" (`ribbonfem.tableaus`), "tr-bdf2", "generalised-alpha", "newmark"
-        (trapezoidal) or "implicit-euler".
-    step: a fixed step in s, shortened so that a whole number of steps fits the ramp, and halved
-        where no next state is found.
-    tolerance: of the adaptive step, the local error of positions in L, made smaller while the
-        beam creeps (down to 0.01 of it); 3e-5 if neither is given,
-        which leaves 4e-6 rad in a snap's angle in the median of drawn scenes and 5e-5 at most, where the
-        mesh leaves 3e-7 and 2e-5 (`pytest -m slow -s -n 0 tests/test_defaults.py`).
-    spectral_radius: of "generalised-alpha" at infinite frequency, in (0, 1]; 0.8.
-    every: keep the rows of each `every`-th accepted step, and the last; None keeps all up to 160 MB, and
-        thins them out then (`History`).
+    method: as in `kirchhoff.simulate`, without "discrete-gradient".
+    step, spectral_radius, every: as there.
+    tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 4e-6 rad in a snap's angle in
+        the median of drawn scenes and 5e-5 at most, where the mesh leaves 3e-7 and 2e-5
+        (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     configurations: False leaves positions and curvatures out of the result.
     until: "end", or "snap", soon after the height first changes sign.
     initial: a `History` whose last instant is gone on from: time goes on, and dissipated energy and work.  Of
@@ -129,16 +123,12 @@ def escape(
     tolerance: float = 1e-6,
     until: str = "end",
 ) -> History:
-    """The motion that leaves a fold at the fold's own angle, the clamp held there.
-
-    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
-    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+    """The motion that leaves a fold at the fold's own angle, the clamp held there: see `kirchhoff.escape`.
 
     Parameters
     ----------
-    fold: which of the `folds` of a ramp, from 0.
+    fold, tolerance: as in `kirchhoff.escape`.
     amplitude: of the null vector, in (dL/L)^(1/2) L with the whole beam of mass 1, of [1e-5, 0.05].
-    tolerance: of the adaptive step, the local error of positions in L.
     elements, degree, until: as in `simulate`.
 
     Raises
