@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from compare.__main__ import main
-from compare.report.registry import ORDER, named, summary
+from compare.report.registry import ORDER, first_line, named
 
 HERE = Path(__file__).parent
 OTHERS = {
@@ -78,11 +78,11 @@ def commands_page(folder):
     lines = ["# Commands", "", *(HERE / "commands.head").read_text(encoding="utf-8").splitlines(), ""]
     lines += ["| command | what it asks | takes |", "| --- | --- | --- |"]
     for name in ORDER:
-        lines.append(f"| [`{name}`](#{name}) | {summary(name)} | {named(name).takes} |")
+        lines.append(f"| [`{name}`](#{name}) | {first_line(name)} | {named(name).takes} |")
     for name, said in OTHERS.items():
         lines.append(f"| [`{name}`](#{name}) | {said} | no run |")
     for name in (*ORDER, *OTHERS):
-        said = OTHERS.get(name) or summary(name)
+        said = OTHERS.get(name) or first_line(name)
         lines += ["", f"({name})=", f"## ribbonfem {name}", "", said, "", "```text", help_of(name), "```"]
     (folder / "commands.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

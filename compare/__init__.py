@@ -41,7 +41,7 @@ __all__ = [
 
 def _public() -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     # imported here: the help of a command needs no numpy
-    from ribbonfem.names import public
+    from ribbonfem.public_names import public
 
     return public(__name__, __all__, _CALLS)
 

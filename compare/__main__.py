@@ -1,4 +1,4 @@
-"""The command line: ``ribbonfem COMMAND``, also ``python -m compare COMMAND``.
+"""The command line ``ribbonfem COMMAND`` (also ``python -m compare COMMAND``): options, help, exit status.
 
 A command (`compare.report.registry`): the keyword parameters of its `main` are its options, its
 docstring its help; ``report``, ``scenes`` and ``warm`` ask nothing.  Nothing heavy is imported before a
@@ -26,7 +26,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from compare.report.registry import COMMANDS, ORDER, SHARED, Command, named, publish, summary
+from compare.report.registry import COMMANDS, ORDER, SHARED, Command, first_line, named, publish
 from compare.report.terminal import complain, printing, show, terminal
 from compare.sweep.pool import begin_early, end_early
 
@@ -129,7 +129,7 @@ def _common(parser: argparse.ArgumentParser) -> None:
 
 
 def _overview() -> argparse.ArgumentParser:
-    lines = [f"  {name:<12} {summary(name)}" for name in ORDER]
+    lines = [f"  {name:<12} {first_line(name)}" for name in ORDER]
     lines.append(f"  {REPORT:<12} Make the report's page anew, and with --redraw its pictures too.")
     lines.append(f"  {SCENES:<12} List the scene files that are shipped, and write them.")
     lines.append(f"  {WARM:<12} Compile everything once, for images and clusters.")

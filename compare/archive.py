@@ -1,4 +1,4 @@
-"""Results in files: any frozen record of the package, whole or not at all, read back equal to itself.
+"""Results saved to files and loaded again: any frozen record of the package, equal to what was saved.
 
 A file is a zip of one JSON tree and of the arrays in it as ``.npy``.  It holds data and no code: what is
 read back are numbers, words, containers, arrays and the package's own dataclasses, and nothing else can
@@ -12,7 +12,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ ROOMS = ("ribbonfem", "der", "compare")
 TREE = "result.json"
 # the mark of everything in the tree that JSON has no word for
 _MARK = "!"
-# where records stood in files of the version before, by the beginning of the module's name
+# where records stood in files of the version before: modules, or folders of modules
 _MOVED = (
     ("compare.measures.quantities", "compare.quantities.measure"),
     ("compare.measures", "compare.quantities"),
@@ -39,16 +39,27 @@ _MOVED = (
     ("compare.studies.stability.confirmations", "compare.studies.stability.judging"),
     ("compare.studies.speed.study", "compare.studies.speed"),
     ("compare.studies.calibrate.study", "compare.studies.calibrate"),
+    ("compare.reproduction.named", "compare.reproduction.named_runs"),
+    ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
 )
-# fields by their names of the version before
-_RENAMED = {"angle": "control", "policy": "options"}
+# records and fields by their names of the version before
+_CLASSES = {"compare.commands.run:Asked": "RunResult"}
+_RENAMED = {
+    "angle": "control",
+    "policy": "options",
+    "doubt": "uncertainty",
+    "verb": "function",
+    "asked": "chosen",
+}
+# keys of `--json` that are not the names of the fields
+_KEYS = {"options": "policy", "uncertainty": "doubt", "function": "verb"}
 # zip files carry times; a result has none
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def for_programs(record: Any) -> dict[str, Any]:
-    """The fields of a record by the keys that `--json` has for them: of options, "policy"."""
-    return {"policy" if name == "options" else name: value for name, value in vars(record).items()}
+def for_programs(record: Any, names: Iterable[str] | None = None) -> dict[str, Any]:
+    """Fields of a record, all by default, by the keys that `--json` has for them: of options, "policy"."""
+    return {_KEYS.get(name, name): getattr(record, name) for name in names or vars(record)}
 
 
 class ArchiveError(ValueError):
@@ -113,7 +124,10 @@ def encode(value: Any, arrays: list[np.ndarray] | None = None) -> Any:
 
 def _record(name: str, given: dict[str, Any]) -> Any:
     module, _, qualname = name.partition(":")
-    module = next((new + module[len(old) :] for old, new in _MOVED if module.startswith(old)), module)
+    module = next(
+        (new + module[len(old) :] for old, new in _MOVED if f"{module}.".startswith(f"{old}.")), module
+    )
+    qualname = _CLASSES.get(f"{module}:{qualname}", qualname)
     if module.split(".")[0] not in ROOMS or not qualname.isidentifier():
         raise ArchiveError(f"{name!r} is no record of this package")
     try:

@@ -1,4 +1,4 @@
-"""Limits of refinement: the only place that extrapolates."""
+"""Richardson extrapolation: limits of values on refined meshes, and observed orders; only here."""
 
 from __future__ import annotations
 

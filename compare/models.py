@@ -1,4 +1,4 @@
-"""The four models side by side: what each declares of itself, and their compiled code, loaded once."""
+"""The list of the four models with their declared facts, and loading of their compiled code."""
 
 from __future__ import annotations
 

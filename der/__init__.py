@@ -13,13 +13,13 @@
     der.frequencies(scene)  angular frequencies of small motions about the start state
     der.modes               names of shapes, outcomes of runs: skipping and selection
 
-Policy: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
+Options: ``nodes`` (N), ``clamp`` ("centred" or "two-node"), ``method``, ``step`` or ``tolerance``.
 Paper, section 3.2; it shares the statement of the problem and generic mathematics with
 `ribbonfem`, and no mechanics.
 """
 
 import ribbonfem
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from . import modes
 from .escape import escape

@@ -1,4 +1,4 @@
-"""The rod that leaves a fold by itself: what predicts delays to the next order."""
+"""Public `escape` of the rod: the motion that leaves a fold by itself, for predictions of delays."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
 from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error, options_given
-from ribbonfem.results import History, SolverError, told
+from ribbonfem.results import History, SolverError, control_text
 from ribbonfem.scene import Scene
 
 from . import kernels
 from .loop import Loop
-from .motion import policy_of
+from .motion import step_options
 from .problem import Statics, default_steps
 from .rod import Rod
 from .states import start_state
@@ -34,16 +34,11 @@ def escape(
     until: str = "end",
     steps: Steps | None = None,
 ) -> History:
-    """The motion that leaves a fold at the fold's own control, held there.
-
-    It starts displaced along the fold's null vector, all else in equilibrium, with the velocity of
-    the unstable solution of the normal form; the scene says the start, the direction and the damping.
+    """The motion that leaves a fold at the fold's own control, held there: see `ribbonfem.kirchhoff.escape`.
 
     Parameters
     ----------
-    fold: which of the `folds` of a ramp, from 0.
-    amplitude: of the null vector, in L with the whole ribbon of mass 1, of [1e-5, 0.05].
-    tolerance: of the adaptive step, the local error of positions in L.
+    fold, amplitude, tolerance: as in `ribbonfem.kirchhoff.escape`.
     nodes, clamp, configurations, steps: as in `simulate` and `folds`.
     until: "end", or "snap", soon after the height first changes sign.
 
@@ -62,7 +57,7 @@ def escape(
     damping = scene.scaled_damping
     ends = held(scene, angle, duration / scene.ribbon.inertial_time)
     course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
-    options = policy_of("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
+    options = step_options("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
     run = Loop(rod, result.state, options, 1, configurations, result.velocity, damping)
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
@@ -70,6 +65,6 @@ def escape(
     history = run.history(scene, options_given(tolerance=local), stats)
     if status != kernels.DONE:
         raise SolverError(
-            f"the escape from {told(scene, angle)} on {nodes} nodes did not reach its end", history
+            f"the escape from {control_text(scene, angle)} on {nodes} nodes did not reach its end", history
         )
     return history

@@ -1,4 +1,4 @@
-"""The static functions of the discrete elastic rod."""
+"""Public functions of the discrete elastic rod at rest: folds, instabilities, equilibria, frequencies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the discrete elastic rod declares of itself."""
+"""Facts that the discrete elastic rod declares for `compare`: its mesh option, orders, methods, unknowns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion between its calls of the compiled loop."""
+"""The Python side of the rod's time loop: buffers, rows kept, calls of compiled code until the end."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Loop:
         self,
         rod: Rod,
         state: RodState,
-        options: kernels.Policy,
+        options: kernels.StepOptions,
         every: int | None,
         configurations: bool,
         velocity: Array | None = None,

@@ -1,4 +1,4 @@
-"""Names of shapes and outcomes of runs, as `ribbonfem.outcomes` has them for every model."""
+"""The old place of `ribbonfem.outcomes` for rods: names of shapes, outcomes of runs."""
 
 from ribbonfem.outcomes import (
     Instant,

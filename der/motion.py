@@ -1,4 +1,4 @@
-"""The ribbon in motion: `simulate`.
+"""Public `simulate` of the rod: from a scene to the arrays and options of its compiled time loop.
 
 Time integrators (in the kernels; q are positions and angles, M the lumped mass):
 
@@ -26,11 +26,11 @@ from ribbonfem.continuation import at_parameter, first_point, trace
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
-from ribbonfem.results import History, RestState, SolverError, told
+from ribbonfem.results import History, RestState, SolverError, control_text
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
-from . import initials, kernels
+from . import initial_states, kernels
 from .loop import Loop
 from .problem import Statics, default_steps
 from .rod import Rod
@@ -144,10 +144,10 @@ def simulate(
     row = 8.0 * (kernels.ROW_SIZE + (6 * rod.nodes if configurations else 0))
     require_duration(scene, fixed, LARGEST_TURN, row / every if every else 0.0)
     unit = scene.ribbon.inertial_time
-    options = policy_of(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
+    options = step_options(method, 0.0 if fixed is None else fixed / unit, local, newton, spectral_radius)
     if rod.retardation > 0.0 and options.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
-    state, began = (start_state(rod), 0.0) if initial is None else initials.of(rod, initial)
+    state, began = (start_state(rod), 0.0) if initial is None else initial_states.of(rod, initial)
     ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())
@@ -174,21 +174,21 @@ def simulate(
         if run.rows.full:
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"
         elif status == kernels.STUCK:
-            asked = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
-            cause = f"from {asked} down to {1e-9 * unit:.1e} s no step found a next state"
+            steps = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
+            cause = f"from {steps} down to {1e-9 * unit:.1e} s no step found a next state"
         else:
             cause = "its energy grew by more than a quarter beyond the work done"
         raise SolverError(
             f"{getattr(method, 'name', method)} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
-            f"{told(scene, history.control[-1])}, on {rod.nodes} nodes: {cause}",
+            f"{control_text(scene, history.control[-1])}, on {rod.nodes} nodes: {cause}",
             history,
         )
     return history
 
 
-def policy_of(
+def step_options(
     method: str | Tableau, step: float, local: float, newton: float, radius: float = 0.0
-) -> kernels.Policy:
+) -> kernels.StepOptions:
     """What the loop is told of a method; `step` in units of t*, 0 for adaptive ones to `local` in L."""
     if isinstance(method, Tableau):
         kind, tableau = kernels.RUNGE_KUTTA, method
@@ -196,7 +196,7 @@ def policy_of(
         # (those that are no Runge-Kutta methods have no use for a tableau)
         kind, tableau = METHODS[method], TABLEAUS[method if method in TABLEAUS else "tr-bdf2"]()
     embedded = tableau.embedded if kind == kernels.RUNGE_KUTTA else ORDERS[str(method)]
-    return kernels.Policy(
+    return kernels.StepOptions(
         kind,
         step,
         local,
@@ -227,7 +227,7 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> floa
     state = start_state(rod)
     problem, steps = Statics(rod), default_steps(rod)
     energies = []
-    span = (-3.0, 3.0) if scene.turning else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
+    span = (-3.0, 3.0) if scene.clamps_turn else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
     for sign in (-1.0, 1.0):
         for segment in trace(problem, first_point(problem, state, scene.begin, sign), span, steps):
             ends = segment.start.parameter - control, segment.end.parameter - control

@@ -1,4 +1,4 @@
-"""Equilibria of the rod: stable states, the saddle between U+S- and U-, the energy bound on skipping."""
+"""Public functions for single equilibria of the rod: stable states, the saddle, the bound on skipping."""
 
 from __future__ import annotations
 

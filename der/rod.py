@@ -1,4 +1,4 @@
-"""A scene's ribbon as nodes and edges: clamps, stiffnesses, masses.
+"""The discretised rod of a scene: nodes and edges, how clamps hold them, stiffnesses, masses.
 
 Two clamps.  ``two-node`` is the paper's: the first two and last two nodes are fixed, at s = 0,
 l and L - l, L with l = L/(N - 1).  It makes the ribbon stiffer by half an edge at each end, an

@@ -1,4 +1,4 @@
-"""Snapping ribbons and beams: finite-element models and the statement of the problem.
+"""Finite-element models of a ribbon that is clamped at both ends and snaps, and the statement of the problem.
 
 Each model is a module with the functions `folds`, `equilibria` and (the dynamic ones) `simulate`:
 `quasilinear`, `elastica`, `kirchhoff`; the discrete elastic rod is the package `der`.
@@ -6,8 +6,8 @@ Each model is a module with the functions `folds`, `equilibria` and (the dynamic
 
 from __future__ import annotations
 
-from .names import public
 from .options import OptionError
+from .public_names import public
 from .results import Branch, Fold, History, Instability, SolverError
 from .scene import Drive, Ribbon, Scene, SceneError, SceneWarning, Schedule
 

@@ -1,4 +1,4 @@
-"""Controls of the bench, and the one scalar that moves them.
+"""The eight controls (turn, twist and place of the clamps, a force), and the `Drive` that moves them.
 
     left, right              turn of a clamp, rad, > 0 down: t(0) = (cos, 0, -sin), t(L) = (cos, 0, +sin)
     twist_left, twist_right  about the clamp's own tangent, rad, right-handed about +x at rest
@@ -12,11 +12,17 @@ m1 is +z, m2 is -y and m3 is +x.  The right clamp is at x = L - dL, y = -dW, z =
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .frozen import Frozen
 from .ribbon import SceneError, field_number, shown
+
+Array = NDArray[np.float64]
 
 CONTROLS = ("left", "right", "twist_left", "twist_right", "compression", "shear", "lift", "force")
 TURNS = ("left", "right")
@@ -24,6 +30,8 @@ TWISTS = ("twist_left", "twist_right")
 LENGTHS = ("compression", "shear", "lift")
 # those that change their sign in the mirror image z -> -z
 ODD = ("left", "right", "twist_left", "twist_right", "lift", "force")
+# part of what the chord allows as far as which a length is followed without a stop; and of a force, EI2/L^2
+_FEASIBLE, _FORCE = 0.98, 100.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +80,37 @@ class Drive:
         moved = set(self.moved)
         kinds = {"turn": TURNS, "twist": TWISTS, "length": LENGTHS, "force": ("force",)}
         return next((kind for kind, names in kinds.items() if moved <= set(names)), "mixed")
+
+    @property
+    def reversed_by_mirror(self) -> bool:
+        """Whether the control changes its sign in the mirror image z -> -z: if something that moves does."""
+        return any(name in ODD for name in self.moved)
+
+    @property
+    def mirror(self) -> Drive:
+        """What moves in the mirror image, by a control of the other sign if that is reversed."""
+        back = self.reversed_by_mirror
+        return Drive(**{name: by if (name in ODD) == back else -by for name, by in self.moved.items()})
+
+    def reach(self, chord: Array, change: Array) -> float:
+        """How far the control is followed to one side where nothing says how far: a magnitude, from 0.
+
+        Three turns of clamps and twists, 100 EI2/L^2 of a force, .98 of what the chord allows of lengths.
+
+        Parameters
+        ----------
+        chord, change: (3,) r(L) - r(0) at 0, in L, and what it becomes more while the control moves by 1.
+        """
+        far = [
+            (_FORCE if name == "force" else 6.0 * math.pi) / abs(by)
+            for name, by in self.moved.items()
+            if name not in LENGTHS
+        ]
+        if change.any():
+            # |chord + x change| = 1
+            a, b, c = change @ change, chord @ change, chord @ chord - 1.0
+            far.append(float(_FEASIBLE * (-b + math.sqrt(b * b - a * c)) / a))
+        return min(far)
 
     @property
     def unit(self) -> str:

@@ -1,4 +1,4 @@
-"""What a motion does between its rows, and where it crosses a level."""
+"""Interpolation of a motion between its steps, and the instant at which a quantity crosses zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results are values: equal and hashed by content, read-only throughout, shown in a few lines."""
+"""Base class of results, read-only and compared by content, with helpers for printing and HTML tables."""
 
 from __future__ import annotations
 

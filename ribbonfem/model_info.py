@@ -1,4 +1,4 @@
-"""What a model declares of itself, so that nobody has to know it: mesh, orders, methods, unknowns."""
+"""The class `ModelInfo`: the facts that each model declares, so that `compare` need not know it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of what a function is given, with messages that name the value and what is allowed.
+"""Checks of the options of public functions: types, ranges, unknown keywords, memory, length of a run.
 
 `checked` decorates a function of a model: every keyword that the models share is checked in one
 place, before anything is computed, and a keyword that there is not is answered with those that

@@ -1,4 +1,4 @@
-"""Names of shapes and outcomes of runs: which snaps happened, and which shape was skipped.
+"""Outcomes of a run: which snaps happened, which shape was skipped, and what shapes are called.
 
 The first snap of Path 2 (U+S+ to U+S-) is the instant at which the mid tangent turns through
 horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.  A ramp that meets one

@@ -1,11 +1,11 @@
-"""The ribbon: a strip of a rectangular section, its ratios and units, and what may be wrong with it."""
+"""The `Ribbon`: length, section, Young's modulus, density, stiffness ratios, natural shape, units."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from numbers import Real
 from typing import Any
@@ -326,6 +326,15 @@ class Ribbon:
     def shaped(self) -> bool:
         """Whether the ribbon has a natural curvature or twist."""
         return self.curvature != 0.0 or self.twist != 0.0
+
+    @property
+    def mirror(self) -> Ribbon:
+        """The ribbon of the other natural curvature and twist."""
+        opposite: dict[str, Any] = {
+            name: tuple(-x for x in value) if isinstance(value, tuple) else -value
+            for name, value in (("curvature", self.curvature), ("twist", self.twist))
+        }
+        return replace(self, **opposite)
 
     def natural(self, s: Any) -> tuple[Any, Any]:
         """Natural curvature about the width and twist, in 1/L, at s/L."""

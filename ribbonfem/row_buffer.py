@@ -1,4 +1,4 @@
-"""Rows of a motion in blocks that grow in place: a long motion needs no more memory than its rows."""
+"""Arrays of output rows that grow in blocks while a motion runs."""
 
 from __future__ import annotations
 

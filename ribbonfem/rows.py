@@ -1,4 +1,4 @@
-"""Rows of a motion: which are kept, and what is kept of every step whichever they are."""
+"""Which rows of a motion are kept (`every`, thinning), and the track of all steps for its events."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""How a control moves in time: values at instants, and a curve through them."""
+"""The `Schedule` of a control in time: values at instants, and a smooth or linear curve through them."""
 
 from __future__ import annotations
 
 import csv
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -220,6 +220,12 @@ class Schedule:
     def furthest(self) -> float:
         """The extreme value in the direction of the first change."""
         return self.extremes[1] if self.direction > 0.0 else self.extremes[0]
+
+    @property
+    def mirror(self) -> Schedule:
+        """The schedule with all values of the other sign."""
+        slope = None if self.slope is None else tuple(-x for x in self.slope)
+        return replace(self, value=tuple(-x for x in self.value), slope=slope)
 
     @property
     def monotone(self) -> bool:

@@ -1,4 +1,4 @@
-"""Diagonally implicit Runge-Kutta methods with an explicit first stage, as data.
+"""Runge-Kutta tableaux (diagonally implicit, explicit first stage) for finite elements and rods alike.
 
 All are stiffly accurate (the last stage is the step), L-stable, and have one diagonal element,
 so that one factorisation serves all stages.  Applied to M x'' = F(x, x', y), 0 = G(x, y) every

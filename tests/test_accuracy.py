@@ -128,7 +128,7 @@ def test_defaults_are_those_of_the_models():
         ({"group": "static"}, "group = 'static'.*static-planar"),
         ({"model": "beam"}, "model = 'beam'.*kirchhoff"),
         ({"group": "dynamic-ribbon", "model": "elastica"}, "not in the group"),
-        ({"row": "static-planar/0.40/elastica/elements=5"}, "row = .*GROUP/CASE/FAMILY/POLICY"),
+        ({"row": "static-planar/0.40/elastica/elements=5"}, "row = .*GROUP/CASE/FAMILY/OPTIONS"),
         ({"rounds": 0}, "rounds = 0"),
     ],
 )

@@ -48,7 +48,7 @@ def diagram():
         dampings=np.array([1.0, 10.0]),
         outcomes=("no skip", "type 2"),
         shares=shares,
-        doubt=np.full((2, 2), 0.1),
+        uncertainty=np.full((2, 2), 0.1),
         runs=np.full((2, 2), 4),
         outcome=np.array([["no skip", "mixed"], ["type 2", "type 2"]]),
         failed=(),

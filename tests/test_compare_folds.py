@@ -161,11 +161,11 @@ def test_limits_and_orders_of_made_up_values():
     nodes = (51, 101, 201)
     lengths = tuple(1.0 / (n - 2) for n in nodes)
     made = tuple(Fold(0.3 + 5 * h**2 + 40 * h**4, 0.1 - h**2, 50.0) for h in lengths)
-    limit, doubt = folds.limit_of(made, nodes)
+    limit, uncertainty = folds.limit_of(made, nodes)
     assert limit.angle == pytest.approx(0.3, abs=1e-14)
     assert limit.height == pytest.approx(0.1, abs=1e-14)
     # what two meshes leave, 40 l^2 l'^2
-    assert doubt == pytest.approx(40 * lengths[1] ** 2 * lengths[2] ** 2, rel=1e-3)
+    assert uncertainty == pytest.approx(40 * lengths[1] ** 2 * lengths[2] ** 2, rel=1e-3)
     for order in (1.0, 2.0, 3.0):
         values = tuple(0.3 + 5 * h**order for h in lengths)
         assert folds.observed_order(values, lengths) == pytest.approx(order, abs=1e-6)

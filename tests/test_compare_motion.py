@@ -4,7 +4,7 @@ import numpy as np
 
 from compare.report.registry import publish
 from compare.reproduction import cases, delay, delays
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.studies import speed
 from compare.sweep import Sweep
 

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene, continuation, delay, elastica, quasilinear
 from ribbonfem.delay.collocation import integrate
-from ribbonfem.delay.curve import _outer, universal_fit
+from ribbonfem.delay.universal_curve import _outer, universal_fit
 
 SCENE = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, stop=1.4, damping=1.0)
 FREE = 2.338107410459767  # first zero of Ai(-x)

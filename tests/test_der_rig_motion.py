@@ -8,7 +8,7 @@ import pytest
 import der
 from der import kernels
 from der.loop import Loop
-from der.motion import ORDERS, policy_of
+from der.motion import ORDERS, step_options
 from der.problem import Statics
 from der.rod import Rod
 from der.states import start_state
@@ -128,7 +128,7 @@ def test_small_motions_decay_as_the_material_says():
         phi, omega = inverse * modes[:, k], np.sqrt(squares[k])
         assert omega / ribbon.inertial_time == pytest.approx(der.frequencies(scene, nodes=31)[k], rel=1e-6)
         rate = scene.scaled_damping + rod.retardation * phi @ (stiffer - plain) @ phi
-        options = policy_of("midpoint", 0.01 / omega, 1e-6, 1e-12)
+        options = step_options("midpoint", 0.01 / omega, 1e-6, 1e-12)
         loop = Loop(rod, state, options, 1, False, 1e-3 * phi, scene.scaled_damping)
         loop.go(
             held(scene, 0.0, 40.0 * np.pi / omega),

@@ -63,10 +63,10 @@ def test_boundaries_are_changes(diagram):
         assert b.low <= b.value <= b.high or b.low == b.high == b.value
         if b.band or b.below == b.above:
             continue
-        assert b.doubt <= 0.01 * b.value
+        assert b.uncertainty <= 0.01 * b.value
         # of this mesh, and it says so
         assert b.mesh == 31
-        for value, name in ((b.value - 2 * b.doubt, b.below), (b.value + 2 * b.doubt, b.above)):
+        for value, name in ((b.value - 2 * b.uncertainty, b.below), (b.value + 2 * b.uncertainty, b.above)):
             place = (value, b.other) if b.along == "rate" else (b.other, value)
             assert runs.run_of(base, *place).outcome == name
 
@@ -169,11 +169,11 @@ def test_lines_find_points_and_bands(truth, band):
         return ["yes" if truth(value) else "no" for _, value in work]
 
     search([line], run)
-    ((value, doubt, low, high, below, above),) = line.found()
+    ((value, uncertainty, low, high, below, above),) = line.changes()
     assert (below, above) == ("no", "yes")
     assert (high > low) == band
-    assert abs(value - 0.3) <= (0.02 if band else doubt)
-    assert band or doubt <= 0.01 * value
+    assert abs(value - 0.3) <= (0.02 if band else uncertainty)
+    assert band or uncertainty <= 0.01 * value
 
 
 def test_threshold_of_type_2_in_the_limit_of_the_mesh():
@@ -181,8 +181,8 @@ def test_threshold_of_type_2_in_the_limit_of_the_mesh():
     with Sweep(processes=1) as sweep:
         result = threshold(scene, "type 2", "rate", (0.3, 1.0), 0.02, sweep=sweep)
         # N = 51, 101, 201 give .4995, .507, .5087
-        assert result.value == pytest.approx(0.5093, abs=result.doubt + 5e-4)
-        assert result.doubt <= 0.02 * result.value
+        assert result.value == pytest.approx(0.5093, abs=result.uncertainty + 5e-4)
+        assert result.uncertainty <= 0.02 * result.value
         assert (result.below, result.above) == ("no skip", "type 2")
         with pytest.raises(SolverError, match="'no skip' and 'no skip'"):
             threshold(scene, "type 2", "rate", (0.1, 0.2), nodes=31, sweep=sweep)

@@ -7,8 +7,16 @@ from skfem import Basis, LinearForm, MeshLine
 from ribbonfem import Ribbon, Scene, SceneError, elastica, quasilinear
 from ribbonfem.continuation import equilibrium
 from ribbonfem.continuation.curves import ramp_folds
-from ribbonfem.elastica import initials, motion
-from ribbonfem.elastica.kernels import condensed, consistent, loop, points, residual, tangent
+from ribbonfem.elastica import initial_states
+from ribbonfem.elastica.discretisation import MovingBeam, discretised
+from ribbonfem.elastica.kernels import (
+    condensed,
+    consistent_initialisation,
+    gauss_point,
+    loop,
+    residual,
+    tangent,
+)
 from ribbonfem.elastica.kernels.beam import FORCE, PHI, ROWS, P, Z, solver
 from ribbonfem.elastica.problem import Statics
 from ribbonfem.elements.lobatto import ElementLineLobatto
@@ -132,7 +140,7 @@ class Case:
         rig = Rig(np.zeros(5), np.zeros(5), rng.normal(size=2), rng.normal(size=(5, P)))
         # a soft section, so that stretch is seen
         self.problem = Statics(scene(ribbon=Ribbon(thickness=0.3)), 5, extensible, rig)
-        self.beam, self.solver, self.sigma = motion.discretised(self.problem), solver(5), sigma
+        self.beam, self.solver, self.sigma = discretised(self.problem), solver(5), sigma
         nodes = self.problem.nodes
         self.r, self.phi, self.known = rng.normal(size=(26, 2)), rng.normal(size=26), rng.normal(size=(26, 2))
         self.n = rng.normal(size=(5, P, 2))
@@ -221,7 +229,7 @@ def test_sines_of_four():
     @compiled()
     def both(x, y):
         for i in range(x.shape[0]):
-            cosine, sine = points.cosine_sine(load(x, (i,)))
+            cosine, sine = gauss_point.cosine_sine(load(x, (i,)))
             store(y, (i, 0), cosine)
             store(y, (i, 1), sine)
 
@@ -238,10 +246,10 @@ def test_velocities_at_the_kink_are_consistent(extensible):
     turned = scene(ribbon=Ribbon(thickness=0.1), stop=1.0)
     problem = Statics(turned, 8, extensible)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
-    beam = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4)
+    beam = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4)
     y, t, spin, nu = beam.model.motion, beam.model.scratch, 0.8, 0.3
     t.controls[0] = 0.4, spin, 0.0
-    impulse = consistent.project(beam.model.beam, beam.model.solver, y, t, moving(turned), nu)
+    impulse = consistent_initialisation.project(beam.model.beam, beam.model.solver, y, t, moving(turned), nu)
     nodes, c = problem.nodes, problem.compliance
 
     def field(rows):
@@ -276,9 +284,9 @@ def test_an_equilibrium_stays_one(extensible):
     """The folds of the statics are those of the motion: equilibria are so for the kernel, to rounding."""
     problem = Statics(scene(), 8, extensible)
     state, _ = equilibrium(problem, problem.advance(problem.start(), np.zeros(41), 0.4), 0.4)
-    u, memory = initials.at_rest(problem, state), solver(8)
+    u, memory = initial_states.at_rest(problem, state), solver(8)
     still = np.zeros_like(u[:, :PHI])
-    _residual(motion.discretised(problem), memory, u, still, 0.0)
+    _residual(discretised(problem), memory, u, still, 0.0)
     local = np.moveaxis(memory.rest, 2, 1).reshape(8, -1)
     for c in (0, Z, PHI):
         field = np.bincount(problem.nodes.ravel(), local[:, c : c + P + 1].ravel())
@@ -294,7 +302,7 @@ def test_a_rig_is_the_same_at_rest_and_in_motion(extensible, elements):
     curvature = np.random.default_rng(1).normal(size=(elements, P))
     problem = Statics(scene(), elements, extensible, Rig(controls, moves, np.array([0.4, -1.5]), curvature))
     state, line = equilibrium(problem, problem.start(), 0.2)
-    model = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4).model
+    model = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
     model.scratch.controls[:, 0] = problem.controls(0.2)
     loop._put_loads(model)
     _residual(model.beam, model.solver, model.motion.u, model.scratch.known, 0.0)
@@ -318,11 +326,11 @@ def test_velocities_of_every_control_are_consistent():
     turned = scene(stop=1.0)
     problem = Statics(turned, 6, False)
     state, _ = equilibrium(problem, problem.start(), 0.0)
-    model = motion.Motion(problem, {"u": initials.at_rest(problem, state)}, ESDIRK4, 4).model
+    model = MovingBeam(problem, {"u": initial_states.at_rest(problem, state)}, ESDIRK4, 4).model
     y, t = model.motion, model.scratch
     t.controls[:4, 1:] = [[0.3, 0.1], [-0.4, 0.2], [0.5, 0.6], [0.7, -0.8]]
     loop._put_loads(model)
-    consistent.project(model.beam, model.solver, y, t, moving(turned), 0.5)
+    consistent_initialisation.project(model.beam, model.solver, y, t, moving(turned), 0.5)
     fields = [np.moveaxis(rows, 2, 1).reshape(-1, rows.shape[1])[:6] for rows in (y.v, y.a, y.turning)]
     v, a = (np.stack([rows[:, k : k + P + 1] for k in (0, Z)], axis=2) for rows in fields[:2])
     assert np.array_equal(v[-1, P], [-0.5, 0.7])

@@ -25,7 +25,7 @@ from compare.reproduction.figures.claims import CHOICES, CLAIMS
 from compare.reproduction.figures.in_motion import SCALED, Bound, Motion, Moved, Settled, _turns
 from compare.reproduction.figures.result import Figures
 from compare.reproduction.figures.verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.sweep import Sweep
 from ribbonfem.delay import NormalForm
 from ribbonfem.output.curve import Curve
@@ -133,13 +133,13 @@ def test_verdicts_of_delays_are_of_their_limit():
     def true(rate, damping):
         return 1.0 - 0.2 * rate ** (0.2 if damping < 5.0 else 1.0 / 3.0)
 
-    result = Figures(asked=("fig7",), delays=cells_of(true))
+    result = Figures(chosen=("fig7",), delays=cells_of(true))
     said = verdicts(result, "fig7")
     assert NO not in {v.verdict for v in said.values()}
     assert said["Overdamped, the delay goes as nu^(2/3)."].verdict == YES
     assert said["There are two regimes, Lambda << 1 and Lambda >> 1."].verdict == YES
     assert "the other way round" in said["The time delay goes as rate^(-1/5) and rate^(-1/3)."].correction
-    off = verdicts(Figures(asked=("fig7",), delays=cells_of(lambda *_: 0.9)), "fig7")
+    off = verdicts(Figures(chosen=("fig7",), delays=cells_of(lambda *_: 0.9)), "fig7")
     for says in (
         "Underdamped, the angle delay goes as rate^(4/5).",
         "Overdamped, the angle delay goes as rate^(2/3).",
@@ -147,14 +147,14 @@ def test_verdicts_of_delays_are_of_their_limit():
         assert off[says].verdict == NO
     other = cells_of(lambda rate, damping: rate**0.1 * damping**0.2)
     assert (
-        verdicts(Figures(asked=("fig7",), delays=other))["Overdamped, the delay goes as nu^(2/3)."].verdict
+        verdicts(Figures(chosen=("fig7",), delays=other))["Overdamped, the delay goes as nu^(2/3)."].verdict
         == NO
     )
     few = replace(result, delays=replace(result.delays, cells=result.delays.cells[:1]))
     assert verdicts(few)["Underdamped, the angle delay goes as rate^(4/5)."].verdict == OPEN
-    plate = figures.motion.scaling(result.delays)
-    assert len(plate.panels) == 3
-    plt.close(panels.draw(plate))
+    data = figures.motion.scaling(result.delays)
+    assert len(data.panels) == 3
+    plt.close(panels.draw(data))
 
 
 @pytest.fixture(scope="module")
@@ -171,7 +171,7 @@ def maps():
     shares[0, :, one.outcomes.index("U-S+")] = shares[1, :, one.outcomes.index("U+S-")] = 1.0
     selection = one, replace(one, shares=shares)
     return Figures(
-        asked=("fig11", "fig14"),
+        chosen=("fig11", "fig14"),
         skipping=Diagrams(tuple(skipping)),
         selection=Diagrams(selection),
     )
@@ -197,19 +197,19 @@ def test_verdicts_of_diagrams(maps):
 
 
 def test_a_diagrams_table_has_its_shares(maps):
-    for plate in figures.plates(maps):
-        plt.close(panels.draw(plate))
-        rows = list(csv.DictReader(io.StringIO(panels.to_csv(plate))))
+    for data in figures.all_figures(maps):
+        plt.close(panels.draw(data))
+        rows = list(csv.DictReader(io.StringIO(panels.to_csv(data))))
         shares = [float(row["z"]) for row in rows if row["series"].startswith("share of ")]
-        every = [d.shares for d in (maps.skipping if plate.name == "fig11" else maps.selection).diagrams]
+        every = [d.shares for d in (maps.skipping if data.name == "fig11" else maps.selection).diagrams]
         assert sum(shares) == pytest.approx(sum(float(np.nansum(s)) for s in every))
 
 
 def test_the_table_beside_a_figure_is_what_is_drawn(rest):
-    for plate in figures.plates(rest):
-        rows = list(csv.DictReader(io.StringIO(panels.to_csv(plate))))
-        drawn = panels.draw(plate)
-        shown = [panel for panel in plate.panels if panel.series]
+    for data in figures.all_figures(rest):
+        rows = list(csv.DictReader(io.StringIO(panels.to_csv(data))))
+        drawn = panels.draw(data)
+        shown = [panel for panel in data.panels if panel.series]
         assert len(drawn.axes) == len(shown)
         for axes, panel in zip(drawn.axes, shown, strict=True):
             mine = [row for row in rows if row["panel"] == panel.title]
@@ -227,7 +227,7 @@ def test_the_table_beside_a_figure_is_what_is_drawn(rest):
 
 
 def test_figures_are_written_and_drawn_again_alike(rest, tmp_path):
-    small = replace(rest, asked=("fig4", "fig15"))
+    small = replace(rest, chosen=("fig4", "fig15"))
     section, left_out = publish(figures.COMMAND, small, tmp_path)
     assert not left_out
     names = {f"{name}.{kind}" for name in ("fig4", "fig15") for kind in ("png", "pdf", "csv")}
@@ -240,7 +240,7 @@ def test_figures_are_written_and_drawn_again_alike(rest, tmp_path):
     assert command(["report", "--redraw", "--out", str(tmp_path)]) == 0
     assert {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()} == kept
     assert json.loads((tmp_path / "figures.json").read_text(encoding="utf-8"))["values"] == section.values
-    assert from_bytes(to_bytes(small)).asked == small.asked
+    assert from_bytes(to_bytes(small)).chosen == small.chosen
 
 
 def test_every_claim_stands_with_its_command(rest):
@@ -250,7 +250,7 @@ def test_every_claim_stands_with_its_command(rest):
     rows = [row for table in figures.tables(rest)[:-1] for row in table.rows]
     assert len(rows) == sum(claim.figure in AT_REST for claim in CLAIMS)
     assert all(row[-1].startswith("ribbonfem figures --only fig") and row[3] for row in rows)
-    assert "were not asked" in figures.words(rest)[0]
+    assert "were not asked" in figures.summary(rest)[0]
 
 
 def test_only_is_of_the_figures(tmp_path, capsys):
@@ -285,7 +285,7 @@ def test_verdicts_of_ramps_and_bounds():
             for damping in (1e3, 1e-3)
             for rate in (1e-2, 0.1, 1.0)
         ]
-        return Figures(asked=("fig6",), moved={"planar": Moved(tuple(made), None)})
+        return Figures(chosen=("fig6",), moved={"planar": Moved(tuple(made), None)})
 
     good = verdicts(ramps(0.8, 40), "fig6")
     assert {v.verdict for v in good.values()} == {YES}
@@ -293,7 +293,7 @@ def test_verdicts_of_ramps_and_bounds():
     says = "At dL/L = 0.35 the first snap has the energy to pass to U-."
     for low, high, expected in ((2.6, 0.55, CORRECTED), (2.6, -0.5, YES), (-0.1, -0.5, NO)):
         bounds = (Bound(0.40, high, high), Bound(0.35, low, low))
-        result = Figures(asked=("fig10",), settled=Settled((), {}), bounds=bounds)
+        result = Figures(chosen=("fig10",), settled=Settled((), {}), bounds=bounds)
         claim = next(claim for claim in CLAIMS if claim.says == says)
         assert claim.of(result).verdict == expected
 
@@ -320,7 +320,7 @@ def test_verdicts_of_named_runs():
     chosen = [case for case in CASES if case.label in wanted]
     settled = Settled(tuple(settle(case, (31, 51), 1e-4, (1e-2,)) for case in chosen), {0.40: CURVE})
     result = Figures(
-        asked=("fig10", "fig12"), settled=settled, bounds=(Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))
+        chosen=("fig10", "fig12"), settled=settled, bounds=(Bound(0.40, 0.5, 0.5), Bound(0.35, 2.6, 2.6))
     )
     skip, select = "The same at nu = 10.", "At nu = 10 both end in U+S-."
     said = verdicts(result)
@@ -331,8 +331,8 @@ def test_verdicts_of_named_runs():
         changed = tuple(replace(v, outcome=outcome) for v in settled.verdicts)
         other = verdicts(replace(result, settled=replace(settled, verdicts=changed)))
         assert (other[skip].verdict, other[select].verdict) == (expected, expected)
-    for plate in figures.plates(result):
-        plt.close(panels.draw(plate))
+    for data in figures.all_figures(result):
+        plt.close(panels.draw(data))
 
 
 @pytest.mark.slow

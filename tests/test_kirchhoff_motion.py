@@ -8,7 +8,7 @@ import pytest
 
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, delay, elastica, kirchhoff
-from ribbonfem.kirchhoff import initials, motion, states
+from ribbonfem.kirchhoff import discretisation, initial_states, states
 from ribbonfem.kirchhoff.kernels import condensed, energies, tangent
 from ribbonfem.kirchhoff.kernels.batch import in_fours
 from ribbonfem.kirchhoff.kernels.residual import residual
@@ -83,7 +83,7 @@ def random_rod(extensible):
     rng = np.random.default_rng(5)
     scene = replace(SNAP, ribbon=Ribbon(thickness=0.1, bending_ratio=400.0, twist_ratio=1.4562))
     problem, start = states.named(scene, elements=ELEMENTS, extensible=extensible)
-    rod, state = motion.discretised(problem, scene), initials.at_rest(problem, start)
+    rod, state = discretisation.discretised(problem, scene), initial_states.at_rest(problem, start)
     x = state.x + 0.05 * rng.normal(size=state.x.shape)
     g = state.g + 0.2 * rng.normal(size=state.g.shape)
     g /= np.linalg.norm(g, axis=1)[:, None]

@@ -11,7 +11,7 @@ from compare.chooser.choice import choose
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.continuation import equilibrium
-from ribbonfem.elastica.out_of_plane import Sideways
+from ribbonfem.elastica.out_of_plane import OutOfPlane
 from ribbonfem.elastica.problem import Statics
 
 SOFT = Scene(
@@ -36,7 +36,7 @@ def test_a_rod_of_one_stiffness_is_neutral(compression, twist):
     problem = Statics(scene, 64, False)
     state, _ = equilibrium(problem, problem.start(), 0.0)
     indices = [
-        Sideways(problem, Ribbon(bending_ratio=ratio, twist_ratio=twist)).index(state)
+        OutOfPlane(problem, Ribbon(bending_ratio=ratio, twist_ratio=twist)).index(state)
         for ratio in (1.0 - 1e-6, 1.0 + 1e-6)
     ]
     assert indices[0] - indices[1] == 1

@@ -8,8 +8,8 @@ import pytest
 from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.ends import moving
 from ribbonfem.jit.decorator import compiled
-from ribbonfem.quasilinear import motion
-from ribbonfem.quasilinear.kernels import consistent, stage
+from ribbonfem.quasilinear import discretisation
+from ribbonfem.quasilinear.kernels import consistent_initialisation, stage
 from ribbonfem.quasilinear.problem import Statics
 from ribbonfem.stepping.methods import method_of
 
@@ -37,8 +37,8 @@ def test_kernel_is_the_readable_form(elements, degree):
     ends = rng.normal(size=(3, 4))
     sigma, b, nu = 8.1, 0.3, 1.7
     f = (b * sigma - 1.0) / nu
-    begin = motion.at_rest(problem, problem.start())
-    model = motion.Motion(problem, begin, method_of("esdirk4").as_scheme(), 2).model
+    begin = discretisation.at_rest(problem, problem.start())
+    model = discretisation.MovingBeam(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     t = model.scratch
     t.z[:], t.load[0], t.ends[:] = z, load, ends
     stage.give(model.beam, t, nu)
@@ -61,14 +61,14 @@ def test_kernel_is_the_readable_form(elements, degree):
 def test_velocities_at_the_kink_are_consistent(elements, degree):
     """The clamp's slope carries mass: its jump moves the rest, with the least kinetic energy that may be."""
     problem = Statics(SCENE, elements, degree)
-    begin = motion.at_rest(problem, problem.start())
-    model = motion.Motion(problem, begin, method_of("esdirk4").as_scheme(), 2).model
+    begin = discretisation.at_rest(problem, problem.start())
+    model = discretisation.MovingBeam(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     mesh, y, t = problem.mesh, model.motion, model.scratch
     n, spin, nu = mesh.count, -0.7, 0.9
     turning = -spin * problem.scale
     t.controls[0] = 0.0, turning, 0.0
     stage.set_ends(model.beam, t.controls, t.ends)
-    impulse = consistent.project(model.beam, y, t, moving(SCENE), nu)
+    impulse = consistent_initialisation.project(model.beam, y, t, moving(SCENE), nu)
     z, v, a = np.append(y.z, y.ends[0]), np.append(y.v, y.ends[1]), np.append(y.a, y.ends[2])
     assert np.allclose(y.ends[1], [0.0, spin, 0.0, 0.0], rtol=1e-15)
     row = (mesh.tension @ z)[:n]

@@ -11,7 +11,8 @@ from compare import archive
 from der.rod import Rod
 from ribbonfem import Drive, Ribbon, Scene, Schedule, elastica, kirchhoff, quasilinear
 from ribbonfem.ends import Ends
-from ribbonfem.kirchhoff.problem import Statics, directors
+from ribbonfem.kirchhoff.frames import directors
+from ribbonfem.kirchhoff.problem import Statics
 
 PUSH, NU, RATE = 2.0, 2.0, 0.4
 MOTION = {"rate": RATE, "stop": 0.05, "damping": NU, "preset": {"force": PUSH}}

@@ -286,8 +286,8 @@ def test_a_load(copy):
             "        load: tuple[float, float, float] = (0.0, 0.0, 0.0),\n        **unknown",
         ),
         (
-            "        self._require_gravity(gravity)\n",
-            "        self._require_gravity(gravity)\n"
+            '        self._set("gravity", as_gravity(gravity))\n',
+            '        self._set("gravity", as_gravity(gravity))\n'
             '        self._set("load", tuple(field_number("Scene", "load", w) for w in load))\n',
         ),
         (

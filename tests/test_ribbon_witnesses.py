@@ -51,7 +51,7 @@ class Limit:
     """A snap's angle and how far it is in doubt, both in rad."""
 
     value: float
-    doubt: float
+    uncertainty: float
 
 
 def snaps(history):
@@ -80,8 +80,8 @@ def elements_limit(scene):
         return snaps(kirchhoff.simulate(scene, elements=elements, tolerance=tolerance, **options))
 
     fine = result(12, 1e-7)
-    doubts = np.maximum(abs(fine - result(12, 3e-7)), abs(fine - result(8, 1e-7)))
-    return [Limit(v, d) for v, d in zip(fine, doubts, strict=True)]
+    uncertainties = np.maximum(abs(fine - result(12, 3e-7)), abs(fine - result(8, 1e-7)))
+    return [Limit(v, d) for v, d in zip(fine, uncertainties, strict=True)]
 
 
 @pytest.mark.slow
@@ -90,12 +90,12 @@ def test_elements_and_rods_have_one_limit(index):
     """A limit that neither doubts by 1e-5 is met to 2e-5; others within the sum of both doubts."""
     scene = drawn(20)[index]
     for rods, elements in zip(rods_limit(scene), elements_limit(scene), strict=True):
-        print(f"{index}: rods {rods.value:.7f} +- {rods.doubt:.0e}", end=", ")
-        print(f"elements {elements.value:.7f} +- {elements.doubt:.0e}")
+        print(f"{index}: rods {rods.value:.7f} +- {rods.uncertainty:.0e}", end=", ")
+        print(f"elements {elements.value:.7f} +- {elements.uncertainty:.0e}")
         assert np.isnan(rods.value) == np.isnan(elements.value), scene
         if not np.isnan(rods.value):
-            settled = max(rods.doubt, elements.doubt) < DOUBT
-            allowed = 2e-5 if settled else rods.doubt + elements.doubt
+            settled = max(rods.uncertainty, elements.uncertainty) < DOUBT
+            allowed = 2e-5 if settled else rods.uncertainty + elements.uncertainty
             assert abs(rods.value - elements.value) <= allowed, scene
 
 
@@ -111,11 +111,12 @@ def test_the_default_mesh_is_near_the_limit_of_its_own(index, extensible):
         return snaps(kirchhoff.simulate(scene, tolerance=tolerance, **mesh, **options))
 
     fine = np.array([result(1e-8, elements=elements) for elements in (16, 20, 24, 32)])
-    doubts = np.ptp(fine, axis=0)
+    uncertainties = np.ptp(fine, axis=0)
     off = abs(result(1e-6) - np.median(fine, axis=0))
-    for error, doubt in zip(off, doubts, strict=True):
-        print(f"{index}: {error:.1e}, finer meshes {doubt:.0e} apart{'' if doubt < DOUBT else ' (apart)'}")
-    settled = doubts < DOUBT
+    for error, uncertainty in zip(off, uncertainties, strict=True):
+        apart = "" if uncertainty < DOUBT else " (apart)"
+        print(f"{index}: {error:.1e}, finer meshes {uncertainty:.0e} apart{apart}")
+    settled = uncertainties < DOUBT
     assert np.all(off[settled] < 1e-5), scene
     # fast ramps let slopes ring with the clamp's jerk, and no others are in doubt
     assert np.all(settled | (abs(scene.rate) > 1.5)), scene

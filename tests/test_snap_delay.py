@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import der
 from ribbonfem import OptionError, Ribbon, Scene, delay, elastica, kirchhoff, quasilinear
 from ribbonfem.delay.cubic import _outer_cubic
-from ribbonfem.delay.curve import _outer
+from ribbonfem.delay.universal_curve import _outer
 
 PLANAR = Scene(compression=0.4, shear=0.0, start="U+", rate=0.1, damping=0.0)
 PATH_1 = replace(PLANAR, shear=0.37, start="U+S-")
@@ -108,7 +108,7 @@ def test_coefficients_of_the_models_agree():
 def test_coefficients_do_not_show_their_reach(monkeypatch):
     result = []
     for reach in (4e-3, 2e-3):
-        monkeypatch.setattr("ribbonfem.delay.fold._REACH", reach)
+        monkeypatch.setattr("ribbonfem.delay.normal_forms._REACH", reach)
         result.append(elastica.normal_forms(PLANAR, elements=16)[0])
     assert result[0].cubic == pytest.approx(result[1].cubic, rel=1e-3)
     assert result[0].mixed == pytest.approx(result[1].mixed, rel=1e-3)

@@ -245,9 +245,9 @@ def test_a_long_hold_after_a_tiny_turn_ends(beam):
 def test_a_rod_of_one_stiffness_has_no_isolated_planar_state():
     ribbon = Ribbon(bending_ratio=1.0)
     planar = Scene(compression=0.4, shear=0.0, start="U+", ribbon=ribbon)
-    for verb in (der.folds, der.equilibria, kirchhoff.folds, kirchhoff.equilibria):
+    for function in (der.folds, der.equilibria, kirchhoff.folds, kirchhoff.equilibria):
         with pytest.raises(SceneError, match=r"bending_ratio = 1\.0"):
-            verb(planar)
+            function(planar)
     assert kirchhoff.stable_states(Scene(compression=0.4, shear=0.1, start="U+", ribbon=ribbon))
 
 
@@ -264,7 +264,7 @@ def test_scenes_at_rest_are_judged():
     scenes = hard_statics.static_scenes()
     assert len(scenes) >= 30
     name = "planar, EI1/EI2 1.5"
-    verdicts = {(v.model, v.verb): v for v in hard_statics.judge_statics(name, scenes[name])}
+    verdicts = {(v.model, v.function): v for v in hard_statics.judge_statics(name, scenes[name])}
     # met on the way and not foreseen: an error, though no refusal
     assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.RAISED
     assert "branch point" in verdicts[hard_cases.RODS, "folds"].note

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 import os
 import random
@@ -7,6 +8,7 @@ import sys
 import textwrap
 import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +97,33 @@ def test_spoilt_archives_are_told(tmp_path):
         path.write_bytes(junk)
         with pytest.raises(ArchiveError, match="junk"):
             archive.load(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("ribbonfem.results:Fold", "ribbonfem.equilibria:Fold"),
+        ("ribbonfem.delay.fold:NormalForm", "ribbonfem.delay.normal_forms:NormalForm"),
+        ("compare.reproduction.named:Case", "compare.reproduction.named_runs:Case"),
+        ("compare.commands.run:Asked", "compare.commands.run:RunResult"),
+        ("compare.measures.quantities:Shape", "compare.quantities.measure:Shape"),
+    ],
+)
+def test_records_are_read_by_their_modules_of_the_version_before(old, new):
+    module, _, name = new.partition(":")
+    fields = dataclasses.fields(getattr(import_module(module), name))
+    value = {item.name: 1.0 for item in fields if item.init}
+    read = [archive.decode({"!": "record", "type": kind, "value": dict(value)}) for kind in (old, new)]
+    assert type(read[0]) is type(read[1])
+    assert archive.encode(read[0])["type"] == new
+
+
+def test_fields_are_read_by_their_names_of_the_version_before():
+    value = dict.fromkeys(("other", "value", "doubt", "low", "high", "mesh"), 1.0)
+    value |= dict.fromkeys(("along", "below", "above"), "rate")
+    boundary = archive.decode({"!": "record", "type": "compare.diagrams.edges:Boundary", "value": value})
+    assert boundary.uncertainty == boundary.doubt == 1.0
+    assert archive.for_programs(boundary) == value
 
 
 def test_no_foreign_object_comes_out_of_an_archive():

@@ -65,7 +65,7 @@ NO_NUMBERS = [
 NO_FINITE = [10**400, -(10**400), math.nan, math.inf, -math.inf, Fraction(10**400), np.longdouble("1e4000")]
 EXTREME = [0, -1, -0.0, 5e-324, 1e-300, 1e-30, 1e300, 10**20, 10**9, -(10**9), (-1e300, 1e300), (1, -1)]
 BAD = [*NO_NUMBERS, *NO_FINITE, *EXTREME, None, True, 0.1, Fraction(1, 10), Steps]
-VERBS = [
+FUNCTIONS = [
     (model, name, scene)
     for model, scene in (
         (quasilinear, PLANAR),
@@ -95,8 +95,8 @@ def refused(function, given):
     return None
 
 
-@pytest.mark.parametrize(("model", "name", "scene"), VERBS, ids=lambda v: getattr(v, "__name__", None))
-def test_every_keyword_of_every_verb(model, name, scene):
+@pytest.mark.parametrize(("model", "name", "scene"), FUNCTIONS, ids=lambda v: getattr(v, "__name__", None))
+def test_every_keyword_of_every_function(model, name, scene):
     function = getattr(model, name)
     taken = inspect.signature(function).parameters
     small = {"scene": PATH_2 if name in ("saddle", "skipping_bound") else scene, "compression": 0.4}
@@ -298,8 +298,10 @@ def test_delays_of_any_damping():
     ],
 )
 def test_plausible_slips_are_told(slip):
-    with pytest.warns(SceneWarning, match="not in (mm|GPa|degrees)"):
+    with pytest.warns(SceneWarning, match="not in (mm|GPa|degrees)") as told:
         slip()
+    # where the slip was made
+    assert {(warned.filename, warned.lineno) for warned in told} == {(__file__, slip.__code__.co_firstlineno)}
 
 
 def test_what_is_usual_is_not_told():

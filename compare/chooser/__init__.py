@@ -1,1 +1,1 @@
-"""The cheapest model that will do, and the laws by which it is chosen."""
+"""The choice of the cheapest model for an accuracy, and the laws of cost and error that it uses."""

@@ -1,4 +1,4 @@
-"""Folds at rest, refined until meshes agree: their error is what the meshes show, and not assumed."""
+"""Folds at rest to a tolerance: finite elements refined until three meshes agree."""
 
 from __future__ import annotations
 

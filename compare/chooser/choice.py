@@ -1,4 +1,4 @@
-"""The cheapest model that will do: which to run for one number of a scene, how fine, and why.
+"""`choose`: which model, mesh and tolerance give one number of a scene to an accuracy at least cost.
 
 `choose` plans, from the measured laws of `laws` and in a millisecond; `Choice.run` does it (`plans`).
 In order of cost:
@@ -25,7 +25,7 @@ from typing import Any
 
 from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
-from ribbonfem.results import told
+from ribbonfem.results import control_text
 
 from . import levels, predicted, refinement
 from .cost_laws import Laws, shipped
@@ -110,7 +110,7 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
     result = levels.MODELS[name].instabilities(scene, extensible=True)
     lost = next((point for point in result if point.kind != "fold"), None)
     if lost is not None:
-        where = told(scene, lost.control)
+        where = control_text(scene, lost.control)
         raise SceneError(
             f"Scene.drive = {scene.drive!r}: at {where} the state at rest is lost at a {lost.kind}"
             f"{' out of its plane' if lost.out_of_plane else ''}, where a perfect run stays on it; when it "
@@ -203,14 +203,14 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
     pair = levels.seconds(scene, tolerance)
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
-    for options in laws.planar.policies:
-        error = factor * laws.planar.run_error(options, up) + _MEASURED_TO
-        if error <= tolerance and laws.planar.seconds(options) <= pair:
+    for beam in laws.planar.beam_runs:
+        error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
+        if error <= tolerance and laws.planar.seconds(beam) <= pair:
             reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
-            reason += f"planar and stable out of plane: {options.elements} elements of the elastica do, "
+            reason += f"planar and stable out of plane: {beam.elements} elements of the elastica do, "
             reason += f"to {error:.1e}"
-            rest = {"elements": options.elements, "extensible": True, "tolerance": options.tolerance}
-            return chosen(OneBeam, options.model, rest, error, laws.planar.seconds(options), reason)
+            rest = {"elements": beam.elements, "extensible": True, "tolerance": beam.tolerance}
+            return chosen(OneBeam, "elastica", rest, error, laws.planar.seconds(beam), reason)
     return refined("and finer than a law of cheaper beams")
 
 

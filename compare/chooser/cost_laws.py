@@ -1,4 +1,4 @@
-"""What each way to an answer costs and errs: laws measured once, and kept beside this file.
+"""Laws of cost and error of each model, measured once (`laws.json`): what `choose` decides by.
 
 Everything is in the beam's own units: rates and dampings times t* (`Ribbon.inertial_time`), and the
 compliance c = EI2 / (EA L^2).  Errors are of the angle of the snap, z(1/2) = 0, in rad.
@@ -12,7 +12,7 @@ Planar beams (t*, dL/L and c are all there is):
 * the delay of the snap over the normal form's prediction, on a grid of dL/L, rate and damping: the
   theory's own correction falls as rate^(1/5) and is far from negligible.  It does not
   depend on c;
-* the error of the prediction made of the two, and of runs with a few policies.
+* the error of the prediction made of the two, and of runs on a few meshes, each at its tolerance.
 
 Ribbons: medians, over scenes, of the estimated errors of meshes extrapolated in N^-2, and what the
 time integration errs by, over the rate.
@@ -40,17 +40,16 @@ FILE = "cost_laws.json"
 
 
 @dataclass(frozen=True)
-class Policy:
-    """A way to run a planar scene: the model's name, its elements and its tolerance (L)."""
+class BeamRun:
+    """A run of a planar scene by the elastica: its elements and its tolerance (L)."""
 
-    model: str
     elements: int
     tolerance: float
 
     @property
     def key(self) -> str:
         """Its name in the file of laws."""
-        return f"{self.model} {self.elements} {self.tolerance:.0e}"
+        return f"elastica {self.elements} {self.tolerance:.0e}"
 
 
 @dataclass(frozen=True)
@@ -150,17 +149,17 @@ class PlanarLaws:
         return Prediction(form.angle + ratio * delay, error, form.angle, ratio * delay)
 
     @property
-    def policies(self) -> tuple[Policy, ...]:
+    def beam_runs(self) -> tuple[BeamRun, ...]:
         """The configurations whose errors were measured, the cheapest first."""
         runs = self.data["runs"]["policies"]
-        return tuple(Policy(run["model"], run["elements"], run["tolerance"]) for run in runs)
+        return tuple(BeamRun(run["elements"], run["tolerance"]) for run in runs)
 
-    def seconds(self, options: Policy) -> float:
+    def seconds(self, beam: BeamRun) -> float:
         """Median CPU seconds of a run of a configuration, on the machine that measured."""
         runs = self.data["runs"]["policies"]
-        return float(next(run["seconds"] for run in runs if run["key"] == options.key))
+        return float(next(run["seconds"] for run in runs if run["key"] == beam.key))
 
-    def run_error(self, options: Policy, scene: Scene) -> float:
+    def run_error(self, beam: BeamRun, scene: Scene) -> float:
         """Error of a run with a configuration: three times the largest at the corners of the scene's cell."""
         compression, rate, damping, _ = beam_units(scene)
         axes = self.data["runs"]["axes"]
@@ -170,7 +169,7 @@ class PlanarLaws:
             k = int(np.clip(np.searchsorted(axis, value) - 1, 0, len(axis) - 2))
             corners.append(slice(k, k + 2))
         runs = self.data["runs"]["policies"]
-        error = np.array(next(run["error"] for run in runs if run["key"] == options.key))
+        error = np.array(next(run["error"] for run in runs if run["key"] == beam.key))
         return 3.0 * float(error[tuple(corners)].max())
 
 

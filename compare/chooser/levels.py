@@ -1,6 +1,4 @@
-"""Scenes by elements, of the elastica where they are planar and of the Kirchhoff rod elsewhere: one run where
-a law bounds it, else several on finer and finer meshes, at smaller and smaller tolerances, that check each
-other.
+"""Refinement of finite elements in motion: levels of mesh and tolerance, and the error claimed of them.
 
 The error that is claimed is the larger of two. One is what smooth runs scatter by: an instant found by
 adaptive steps errs in proportion to their tolerance, and the clamp turns on meanwhile. The other is what

@@ -1,4 +1,4 @@
-"""The snap of a slow ribbon without a run: its fold from finite elements, its delay from `predict_snap`."""
+"""The snap of a slow ribbon without a simulation: fold by finite elements, delay by `predict_snap`."""
 
 from __future__ import annotations
 
@@ -40,14 +40,16 @@ def answer(scene: Scene, tolerance: float) -> Settled | None:
     """
     ramp = replace(scene, stop=None)
     try:
-        fold, doubt, runs, folds = at_rest.folds("kirchhoff", kirchhoff.folds, ramp, _STATIC * tolerance)
+        fold, uncertainty, runs, folds = at_rest.folds(
+            "kirchhoff", kirchhoff.folds, ramp, _STATIC * tolerance
+        )
         if fold is None or len(folds) != 2 or kirchhoff.skipping_bound(ramp, extensible=True) >= 0.0:
             return None
         delay = predict_snap(kirchhoff, ramp, extensible=True)
     except (SceneError, SolverError):
         # a run says what is the matter, or gets there
         return None
-    value, error = fold + delay.angle, doubt + delay.angle_error
+    value, error = fold + delay.angle, uncertainty + delay.angle_error
     # what comes after a stop is no matter of a ramp
     beyond = scene.stop is not None and abs(value) + error > abs(scene.stop)
     if not error <= tolerance or beyond:

@@ -1,4 +1,4 @@
-"""The snap of a scene, finer than any choice, and a witness of it: what answers are held against."""
+"""Reference snaps of scenes, finer than any choice, with a second model beside: to check answers against."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import math
 from compare.limits import limit_of
 from ribbonfem import Scene, elastica
 
+from .random_scenes import element_snap, rod_snap
 from .refinement import endless
-from .trials import element_snap, rod_snap
 
 # elements and tolerances (L) of the reference, finer than those of any answer, and of the check of it
 _ELEMENTS = ((24, 1e-8), (28, 3e-9))
@@ -47,8 +47,8 @@ def _witness(scene: Scene) -> tuple[float | None, float]:
     values = [value for value in (*snaps, rod(scene, meshes[0], loose, "esdirk4")) if value is not None]
     if len(values) <= len(meshes):
         return None, (math.inf if values else 0.0)
-    limit, doubt = limit_of(values[:-1], meshes)
-    return limit, doubt + abs(values[-1] - values[0])
+    limit, uncertainty = limit_of(values[:-1], meshes)
+    return limit, uncertainty + abs(values[-1] - values[0])
 
 
 def reference(scene: Scene) -> tuple[float | None, float]:
@@ -59,7 +59,7 @@ def reference(scene: Scene) -> tuple[float | None, float]:
     the elastica for planar scenes, rods on three meshes, extrapolated, for ribbons.
     """
     coarse, fine = (_run(scene, *options) for options in _ELEMENTS)
-    witness, doubt = _witness(scene)
+    witness, uncertainty = _witness(scene)
     if fine is None or coarse is None or witness is None:
         return fine, (0.0 if fine is None and coarse is None and witness is None else math.inf)
-    return fine, max(abs(fine - coarse), abs(fine - witness) - doubt)
+    return fine, max(abs(fine - coarse), abs(fine - witness) - uncertainty)

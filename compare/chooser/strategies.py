@@ -1,4 +1,4 @@
-"""Ways to one number of a scene: what each does when it is run, and the answer that comes of it."""
+"""Strategies for one number of a scene, each a class with `run`, and the `Answer` that comes of it."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ _PERIODS = 60.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class RunResult:
     """What was found: the way that was chosen, and the answer.
 
     `file` is the scene's, `curve` the equilibria behind its film, where there is one, of `frames`.
@@ -51,7 +51,7 @@ class Asked:
     frames: int = 150
 
 
-def _draw(result: Asked) -> Any:
+def _draw(result: RunResult) -> Any:
     """z(1/2) of the finest run against the angle, with the answer."""
     history, value = result.answer.history, result.answer.value
     fig, axes = figure(1, width=5.0)
@@ -66,7 +66,7 @@ def _draw(result: Asked) -> Any:
     return fig
 
 
-def _words(choice: Choice, answer: Answer) -> str:
+def _sentence(choice: Choice, answer: Answer) -> str:
     what = choice.quantity
     if answer.sensitive:
         result = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
@@ -96,7 +96,7 @@ def main(
     motion: bool = False,
     frames: int = 150,
     sweep: Sweep | None = None,
-) -> Asked:
+) -> RunResult:
     """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
 
     --quantity is "snap" (z = 0 at midspan), "first snap" (t_z = 0 at midspan) or "fold" (the last fold that
@@ -115,7 +115,7 @@ def main(
     if history is not None and motion:
         history = to_rest(stated, history) if stated.stop is None else history
         answer, curve = replace(answer, history=history), curves_of(history)
-    return Asked(str(scene), choice, answer, curve, frames)
+    return RunResult(str(scene), choice, answer, curve, frames)
 
 
 def _mesh(history: History, *names: str) -> dict[str, Any]:
@@ -167,12 +167,15 @@ def curves_of(history: History) -> Curve | None:
     return Curve.joined((curve, curve.mirrored()))
 
 
-def words(result: Asked) -> list[str]:
+def summary(result: RunResult) -> list[str]:
     """The answer, and the reason for the model chosen."""
-    return [_words(result.choice, result.answer), f"Chosen: {result.choice.model}. {result.choice.reason}."]
+    return [
+        _sentence(result.choice, result.answer),
+        f"Chosen: {result.choice.model}. {result.choice.reason}.",
+    ]
 
 
-def tables(result: Asked) -> Iterator[Table]:
+def tables(result: RunResult) -> Iterator[Table]:
     """The runs that the answer took."""
     rows: list[list[Any]] = [
         [run.model, ", ".join(f"{name} {value}" for name, value in run.options.items() if name != "until")]
@@ -189,14 +192,14 @@ def tables(result: Asked) -> Iterator[Table]:
         )
 
 
-def drawings(result: Asked) -> Iterator[Drawing]:
+def drawings(result: RunResult) -> Iterator[Drawing]:
     """The motion, where there was one."""
     if result.answer.history is not None:
         caption = "Height at midspan against the clamp angle, of the finest run."
         yield Drawing("run-motion.png", caption, _draw(result))
 
 
-def films(result: Asked) -> Iterator[Picture]:
+def films(result: RunResult) -> Iterator[Picture]:
     """The motion to turn by hand, and its film, where it was asked for."""
     if result.choice.motion and result.answer.history is not None:
         until = (
@@ -208,7 +211,7 @@ def films(result: Asked) -> Iterator[Picture]:
         yield Picture("run-film.gif", f"The ribbon in motion, {until}; its frames for ParaView: run-vtu.")
 
 
-def export(result: Asked, folder: Path, progress: Progress) -> None:
+def export(result: RunResult, folder: Path, progress: Progress) -> None:
     """The interactive view, the film, and VTU frames with a PVD."""
     history = result.answer.history
     if result.choice.motion and history is not None:
@@ -224,7 +227,7 @@ def export(result: Asked, folder: Path, progress: Progress) -> None:
         vtu.frames(history, folder / "run-vtu", count=count, progress=partial(progress, "frames"))
 
 
-def values(result: Asked) -> dict[str, Any]:
+def values(result: RunResult) -> dict[str, Any]:
     """The numbers for programs."""
     choice, answer = result.choice, result.answer
     numbers: dict[str, Any] = {
@@ -246,17 +249,17 @@ def values(result: Asked) -> dict[str, Any]:
     return numbers
 
 
-def status(result: Asked) -> int:
+def status(result: RunResult) -> int:
     """0 where the tolerance was met, 3 where not, 4 where refinement does not settle the value."""
     return SENSITIVE if result.answer.sensitive else 0 if result.answer.met else NOT_MET
 
 
 COMMAND = Command(
     name="run",
-    title=lambda found: f"{Path(found.file).stem}: {found.choice.quantity}",
+    title=lambda result: f"{Path(result.file).stem}: {result.choice.quantity}",
     takes="from a millisecond to some seconds, by the scene and the tolerance",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

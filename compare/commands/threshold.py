@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
+from compare.archive import for_programs
 from compare.diagrams import Threshold, threshold
 from compare.report.section import Table
 from compare.sweep import Sweep
@@ -36,14 +36,14 @@ def main(
     return threshold(read_scene(scene), outcome, vary, between, tolerance, model=model, sweep=sweep)
 
 
-def words(result: Threshold) -> list[str]:
+def summary(result: Threshold) -> list[str]:
     """Each change in a sentence."""
     text = []
     for change in result.changes:
         if change.high > change.low:
             where = f"between {result.vary} = {change.low:.4g} and {change.high:.4g} both outcomes alternate"
         else:
-            where = f"at {result.vary} = {change.value:.5g} +- {change.doubt:.1g}"
+            where = f"at {result.vary} = {change.value:.5g} +- {change.uncertainty:.1g}"
         text.append(f"{where}: {change.below} below, {change.above} above.")
     return [*text, f"{result.runs} runs of {result.model}, in the limit of its mesh."]
 
@@ -55,7 +55,7 @@ def tables(result: Threshold) -> Iterator[Table]:
         f"Changes of the outcome with {result.vary}",
         ["below", "above", *(f"mesh {mesh}" for mesh in meshes), "limit", "±"],
         [
-            [c.below, c.above, *(c.meshes.get(mesh) for mesh in meshes), c.value, c.doubt]
+            [c.below, c.above, *(c.meshes.get(mesh) for mesh in meshes), c.value, c.uncertainty]
             for c in result.changes
         ],
         ["s", "s", *[".5g"] * (len(meshes) + 1), ".1g"],
@@ -64,19 +64,19 @@ def tables(result: Threshold) -> Iterator[Table]:
 
 def values(result: Threshold) -> dict[str, Any]:
     """The numbers for programs."""
-    names = ("value", "doubt", "low", "high", "below", "above", "runs", "outcome", "vary", "model")
-    return {name: getattr(result, name) for name in names} | {
+    names = ("value", "uncertainty", "low", "high", "below", "above", "runs", "outcome", "vary", "model")
+    return for_programs(result, names) | {
         "between": list(result.between),
-        "changes": [asdict(change) for change in result.changes],
+        "changes": [for_programs(change) for change in result.changes],
     }
 
 
 COMMAND = Command(
     name="threshold",
-    title=lambda found: f"Where {found.outcome} begins or ends",
+    title=lambda result: f"Where {result.outcome} begins or ends",
     takes="some 20 seconds",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     values=values,
 )

@@ -1,4 +1,4 @@
-"""Diagrams of what ramps do over rate and damping: shares, boundaries, thresholds."""
+"""Diagrams of outcomes of ramps over rate and damping: shares, boundaries, thresholds."""
 
 from .boundaries import Boundary
 from .diagram import selection_diagram, skipping_diagram

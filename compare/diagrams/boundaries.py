@@ -1,4 +1,4 @@
-"""Where an outcome changes along a line of one parameter: solved for, and a band where it is no point.
+"""Search for the value of one parameter at which the outcome changes, along many lines side by side.
 
 Many lines are solved side by side, one step of each a round, so that a sweep has work for all its workers.
 A change that is found is looked at from both sides: where runs near it do not keep to their side, there is a
@@ -25,7 +25,7 @@ class Boundary:
     Attributes
     ----------
     along: "rate" or "damping", which varies; `other` is the value of the one that does not.
-    value, doubt: where it changes on `mesh`, and how far it may be from there on that mesh.
+    value, uncertainty: where it changes on `mesh`, and how far it may be from there on that mesh.
     low, high: ends of the band in which both outcomes come, equal to each other where it is a point.
     below, above: outcomes on its two sides.
     mesh: nodes or elements of the runs.  Another mesh, and the limit of them (`threshold`), may
@@ -35,12 +35,17 @@ class Boundary:
     along: str
     other: float
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
     above: str
     mesh: int
+
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
 
     @property
     def band(self) -> bool:
@@ -73,41 +78,41 @@ class Line:
         missing = [x for x in grid if x not in self.known]
         if missing:
             return missing
-        gaps = [(a, b) for a, b in self.changes() if b - a > math.log1p(self.tolerance)]
+        gaps = [(a, b) for a, b in self.brackets() if b - a > math.log1p(self.tolerance)]
         if gaps:
             return [0.5 * (a + b) for a, b in gaps]
         if self.beside:
             return []
         self.beside = True
         wanted = []
-        for a, b in self.changes():
+        for a, b in self.brackets():
             for k in range(1, _BESIDE + 1):
                 share = _REACH * k / _BESIDE
                 wanted += [x for x in (a - share, b + share) if low < x < high and x not in self.known]
         return wanted
 
-    def changes(self) -> list[tuple[float, float]]:
+    def brackets(self) -> list[tuple[float, float]]:
         """Neighbouring points whose outcomes differ."""
         done = sorted((x, name) for x, name in self.known.items() if name)
         return [(a, b) for (a, one), (b, two) in pairwise(done) if one != two]
 
-    def found(self) -> list[tuple[float, float, float, float, str, str]]:
-        """Value, doubt, low, high, below, above of each change; changes close together are a band."""
+    def changes(self) -> list[tuple[float, float, float, float, str, str]]:
+        """Value, uncertainty, low, high, below, above of each change; changes close together are a band."""
         groups: list[list[tuple[float, float]]] = []
-        for change in self.changes():
+        for change in self.brackets():
             if groups and change[0] - groups[-1][-1][1] < 2.0 * _REACH:
                 groups[-1].append(change)
             else:
                 groups.append([change])
-        told = []
+        changes = []
         for group in groups:
             low, high = group[0][0], group[-1][1]
             below, above = self.known[low], self.known[high]
             value = math.exp(0.5 * (low + high))
-            doubt = 0.5 * (math.exp(high) - math.exp(low))
+            uncertainty = 0.5 * (math.exp(high) - math.exp(low))
             ends = (math.exp(low), math.exp(high)) if len(group) > 1 else (value, value)
-            told.append((value, doubt, *ends, below, above))
-        return told
+            changes.append((value, uncertainty, *ends, below, above))
+        return changes
 
 
 def search(lines: Sequence[Line], run: Callable[[list[tuple[int, float]]], list[str]]) -> None:

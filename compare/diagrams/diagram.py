@@ -1,4 +1,4 @@
-"""The two diagrams of the paper: skipping (Fig. 11) and selection (Fig. 14), with shares and boundaries."""
+"""`skipping_diagram` (Fig. 11) and `selection_diagram` (Fig. 14): outcomes sampled over rate and damping."""
 
 from __future__ import annotations
 
@@ -89,9 +89,9 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
     search(lines, run)
     mesh = mesh_of(base.model, base.options)[MESH[base.model]]
     return tuple(
-        Boundary(along, fixed, *told, mesh)
+        Boundary(along, fixed, *change, mesh)
         for line, (along, fixed) in zip(lines, what, strict=True)
-        for told in line.found()
+        for change in line.changes()
     )
 
 
@@ -124,7 +124,7 @@ def _diagram(
     _fill(base, cells, points, sizes, sweep)
     names = base.names
     shares = np.full((len(y), len(x), len(names)), np.nan)
-    doubt, runs = np.full(shares.shape[:2], np.nan), np.zeros(shares.shape[:2], dtype=np.int64)
+    uncertainty, runs = np.full(shares.shape[:2], np.nan), np.zeros(shares.shape[:2], dtype=np.int64)
     outcome = np.empty(shares.shape[:2], dtype="<U10")
     for j, row in enumerate(cells):
         for i, cell in enumerate(row):
@@ -132,7 +132,7 @@ def _diagram(
             runs[j, i] = total = sum(counts)
             if total:
                 shares[j, i] = np.array(counts) / total
-            doubt[j, i] = half_interval(max(counts), total)
+            uncertainty[j, i] = half_interval(max(counts), total)
             outcome[j, i] = name_of_cell(cell, len(cell) >= samples)
     every = tuple(sample for row in cells for cell in row for sample in cell)
     curves = predictions(base, x, y) if scene.stop is None else Curves()
@@ -142,7 +142,7 @@ def _diagram(
         dampings=y,
         outcomes=names,
         shares=shares,
-        doubt=doubt,
+        uncertainty=uncertainty,
         runs=runs,
         outcome=outcome,
         failed=tuple(Failed(s.rate, s.damping, s.reason) for s in every if not s.outcome),
@@ -232,7 +232,7 @@ def both(diagrams: Mapping[str, Diagram]) -> np.ndarray[Any, np.dtype[np.bool_]]
     """(m, n) where the shares of two models are further apart than their intervals allow."""
     one, two = diagrams.values()
     apart = np.nanmax(np.abs(np.array(one.shares) - np.array(two.shares)), axis=2)
-    return np.asarray(apart > np.array(one.doubt) + np.array(two.doubt))
+    return np.asarray(apart > np.array(one.uncertainty) + np.array(two.uncertainty))
 
 
 __all__ = ["MODELS", "SAMPLES", "both", "selection_diagram", "skipping_diagram"]

@@ -1,4 +1,4 @@
-"""What a diagram of skipping should look like without a ramp, from statics and one escape from a fold.
+"""Predicted boundaries of a skipping diagram, from statics and one escape from a fold, without ramps.
 
 Type 2: the first snap is so late that U+S- is gone.  Its delay at alpha_c1, from the fold's normal form,
 reaches alpha_c2 on a curve in rate and damping.  It holds where damping is weak: a damped ribbon creeps
@@ -28,7 +28,7 @@ from compare.models import MODELS
 from compare.quantities.branches import outward
 from ribbonfem import Branch, SolverError
 from ribbonfem.delay import NormalForm, lead
-from ribbonfem.delay.curve import universal_fit
+from ribbonfem.delay.universal_curve import universal_fit
 from ribbonfem.results import Array
 
 from .setup import Setup, mesh_of

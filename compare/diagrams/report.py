@@ -1,4 +1,4 @@
-"""What the commands of diagrams have in common: several of them, in one model or both, and as published."""
+"""The report of the commands skipping and selection: their computation, summary, tables, figures."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ def compute(
     samples, boundaries: as in `skipping_diagram`.
     """
     models = ("der", "kirchhoff") if model == "both" else (model,)
-    policies: dict[str, Mapping[str, Any]] = {
+    configurations: dict[str, Mapping[str, Any]] = {
         "der": {"nodes": nodes},
         # as the rods do
         "kirchhoff": {"extensible": True},
     }
-    asked: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
-    result = [call(model=name, **asked, **policies[name]) for call in calls for name in models]
+    common: dict[str, Any] = {"samples": samples, "boundaries": boundaries, "sweep": sweep}
+    result = [call(model=name, **common, **configurations[name]) for call in calls for name in models]
     published, same = [], []
     for call in calls if paper else ():
         more = {"model": "der", "ribbon": PAPER_RIBBON, "sweep": sweep, "boundaries": False, **PAPER_MESH}
@@ -80,7 +80,7 @@ def compute(
     return Diagrams(tuple(result), tuple(published), tuple(same))
 
 
-def words(result: Diagrams) -> list[str]:
+def summary(result: Diagrams) -> list[str]:
     """What is sure, what is not, and what of the published diagram is numerical damping."""
     cells = sum(d.outcome.size for d in result.diagrams)
     mixed = sum(int(np.count_nonzero(d.undetermined)) for d in result.diagrams)
@@ -109,7 +109,7 @@ def words(result: Diagrams) -> list[str]:
             f"{int(apart.sum())} of {apart.size} cells."
         )
     for published, same in zip(result.paper, result.same, strict=True):
-        off = show.doubtful(published, same)
+        off = show.differing_share(published, same)
         most, some = int(np.nansum(off > 0.5)), int(np.nansum(off > 0.0))
         text.append(
             f"{show.label(published)} in the paper's setting: in {most} of {off.size} cells most runs with "
@@ -155,7 +155,7 @@ def values(result: Diagrams) -> dict[str, Any]:
         numbers["paper"] = [show.numbers(diagram) for diagram in result.paper]
         numbers["same_mesh"] = [show.numbers(diagram) for diagram in result.same]
         numbers["ends_otherwise"] = [
-            np.nan_to_num(show.doubtful(*pair), nan=-1.0).tolist()
+            np.nan_to_num(show.differing_share(*pair), nan=-1.0).tolist()
             for pair in zip(result.paper, result.same, strict=True)
         ]
     return numbers

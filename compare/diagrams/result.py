@@ -1,4 +1,4 @@
-"""A diagram of what ramps do: shares of outcomes over cells of rate and damping."""
+"""The result class `Diagram`: shares of outcomes in cells of rate and damping, with boundaries."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Diagram(Value):
         side.
     outcomes: names, in the order of the shares.
     shares: (m, n, outcomes) of the runs that ended; NaN where none did.
-    doubt: (m, n) half the 95 % interval of the largest share.
+    uncertainty: (m, n) half the 95 % interval of the largest share.
     runs: (m, n) runs that ended.
     outcome: (m, n) the common outcome where all runs agree; "cut" where one line in (log rate, log nu)
         separates two; "mixed" where none does, however many runs: only these cells are undetermined;
@@ -59,7 +59,7 @@ class Diagram(Value):
     dampings: Array
     outcomes: tuple[str, ...]
     shares: Array
-    doubt: Array
+    uncertainty: Array
     runs: NDArray[np.int64]
     outcome: NDArray[np.str_]
     failed: tuple[Failed, ...]
@@ -88,6 +88,11 @@ class Diagram(Value):
         )
 
     @property
+    def doubt(self) -> Array:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
+
+    @property
     def undetermined(self) -> NDArray[np.bool_]:
         """(m, n) which cells no single run decides: "mixed"."""
         return np.asarray(self.outcome == "mixed")
@@ -104,7 +109,7 @@ class Diagram(Value):
         return called_later("compare.diagrams.show:html", self)
 
     def to_csv(self) -> str:
-        """A tidy table: a row for each cell and outcome, with its share, doubt and runs."""
+        """A tidy table: a row for each cell and outcome, with its share, uncertainty and runs."""
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["rate", "damping", "outcome", "share", "cell", "runs", "doubt_of_largest"])
@@ -113,7 +118,7 @@ class Diagram(Value):
                 for k, name in enumerate(self.outcomes):
                     writer.writerow(
                         [repr(float(rate)), repr(float(damping)), name, repr(float(self.shares[j, i, k]))]
-                        + [str(self.outcome[j, i]), int(self.runs[j, i]), repr(float(self.doubt[j, i]))]
+                        + [str(self.outcome[j, i]), int(self.runs[j, i]), repr(float(self.uncertainty[j, i]))]
                     )
         return stream.getvalue()
 
@@ -133,7 +138,7 @@ class Diagram(Value):
         return xarray.Dataset(
             {
                 "share": ((*cells, "outcome"), np.array(self.shares)),
-                "doubt": (cells, np.array(self.doubt)),
+                "doubt": (cells, np.array(self.uncertainty)),
                 "runs": (cells, np.array(self.runs)),
                 "cell": (cells, np.array(self.outcome)),
             },

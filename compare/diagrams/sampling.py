@@ -1,4 +1,4 @@
-"""Which points of a cell are run: a scrambled low-discrepancy sequence, in rounds, more where runs disagree.
+"""Adaptive sampling of a diagram: points inside each cell, and which cells get another round of runs.
 
 A cell is an area in the logarithms of rate and damping.  In the first round every cell gets a few points.
 Those whose runs all agree with each other and with their neighbours are sure; the others get more, and

@@ -1,4 +1,4 @@
-"""What one ramp does: the run behind a point of a diagram, and the name of its outcome.
+"""The simulation behind one point of a diagram: its options, its hold, and the name of its outcome.
 
 A run of skipping turns on until z(1/2) passes 0, wherever that is: a ramp that stops before its snap tells
 nothing.  One of selection is held at its stop until its energy is below every pass that leads out of the

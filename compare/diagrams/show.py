@@ -1,4 +1,4 @@
-"""Diagrams told: numbers for programs, tables, and figures."""
+"""Figures, tables and JSON numbers of diagrams."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.archive import for_programs
 from compare.models import MESH
 from compare.report.section import Table
 from ribbonfem.frozen import html_table
@@ -58,7 +59,7 @@ def _plain(values: Any) -> Any:
 
 def numbers(diagram: Diagram) -> dict[str, Any]:
     """The fields of a diagram for programs."""
-    arrays = ("rates", "dampings", "shares", "doubt", "runs", "outcome")
+    arrays = ("rates", "dampings", "shares", "uncertainty", "runs", "outcome")
     scene = diagram.scene
     return {
         "kind": diagram.kind,
@@ -69,9 +70,9 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "policy": dict(diagram.options),
         "seed": diagram.seed,
         "outcomes": list(diagram.outcomes),
-        **{name: _plain(np.asarray(getattr(diagram, name)).tolist()) for name in arrays},
+        **{key: _plain(np.asarray(value).tolist()) for key, value in for_programs(diagram, arrays).items()},
         "failed": [asdict(failed) for failed in diagram.failed],
-        "boundaries": [asdict(boundary) for boundary in diagram.boundaries],
+        "boundaries": [for_programs(boundary) for boundary in diagram.boundaries],
         "folds": list(diagram.folds),
         "predicted": {name: np.asarray(curve).tolist() for name, curve in diagram.predicted.items()},
         "unpredicted": dict(diagram.unpredicted),
@@ -120,7 +121,7 @@ def mixed_table(diagrams: Sequence[Diagram]) -> Table:
             shares = dict(zip(d.outcomes, map(float, d.shares[j, i]), strict=True))
             cell = [label(d), float(d.rates[i]), float(d.dampings[j])]
             rows.append(
-                [*cell, *(shares.get(name) for name in names), float(d.doubt[j, i]), int(d.runs[j, i])]
+                [*cell, *(shares.get(name) for name in names), float(d.uncertainty[j, i]), int(d.runs[j, i])]
             )
     return Table(
         "Cells that no single run decides",
@@ -169,9 +170,9 @@ def named_table(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Name
                 continue
             shares = dict(zip(d.outcomes, map(float, d.shares[place]), strict=True))
             cell = str(d.outcome[place])
-            told = ", ".join(f"{name} {share:.2f}" for name, share in shares.items() if share > 0.0)
+            listed = ", ".join(f"{name} {share:.2f}" for name, share in shares.items() if share > 0.0)
             verdict = _verdict(d, case, cell, shares.get(case.paper, 0.0))
-            rows.append([label(d), case.where, case.rate, case.damping, case.paper, cell, told, verdict])
+            rows.append([label(d), case.where, case.rate, case.damping, case.paper, cell, listed, verdict])
     return Table(
         "The paper's named runs in their cells",
         ["diagram", "figure", "rate", "nu", "paper", "cell", "shares", "verdict"],
@@ -275,14 +276,14 @@ def draw_differences(paper: Sequence[Diagram], ours: Sequence[Diagram]) -> Any:
             draw_panel(axes, diagram)
             axes.set_title(f"{label(diagram)}: {what}", fontsize=7.5)
         x, y = _edges(one.rates), _edges(one.dampings)
-        row[2].pcolormesh(x, y, doubtful(one, two), vmin=0.0, vmax=1.0, cmap="magma_r")
+        row[2].pcolormesh(x, y, differing_share(one, two), vmin=0.0, vmax=1.0, cmap="magma_r")
         row[2].set(xscale="log", yscale="log", title="share of runs that end otherwise")
         for axes in row:
             axes.set(xlabel=r"$\dot\alpha$ (rad/s)", ylabel=r"$\nu$ (1/s)")
     return fig
 
 
-def doubtful(paper: Diagram, ours: Diagram) -> Any:
+def differing_share(paper: Diagram, ours: Diagram) -> Any:
     """(m, n) the share of our runs in a cell that end otherwise than the paper's run at its centre."""
     index = {name: k for k, name in enumerate(ours.outcomes)}
     result = np.full(ours.shares.shape[:2], np.nan)
@@ -329,7 +330,7 @@ def frame(diagram: Diagram) -> Any:
     """
     shape = diagram.shares.shape
     cells: dict[str, Any] = {"damping": diagram.dampings[:, None], "rate": diagram.rates}
-    cells |= {"cell": diagram.outcome, "runs": diagram.runs, "doubt": diagram.doubt}
+    cells |= {"cell": diagram.outcome, "runs": diagram.runs, "doubt": diagram.uncertainty}
     columns = {
         name: np.repeat(np.broadcast_to(values, shape[:2]).ravel(), shape[2])
         for name, values in cells.items()

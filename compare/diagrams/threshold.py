@@ -1,4 +1,4 @@
-"""The inverse question: at which rate, damping, compression, shear or stop does an outcome begin or end?"""
+"""`threshold`: the value of a scene's parameter at which an outcome begins or ends, refined in the mesh."""
 
 from __future__ import annotations
 
@@ -35,19 +35,24 @@ class Change:
 
     Attributes
     ----------
-    value, doubt: in the limit of the mesh, and how far it may be from there.
+    value, uncertainty: in the limit of the mesh, and how far it may be from there.
     low, high: ends of the band in which both outcomes come; equal where it is a point.
     below, above: outcomes on its two sides.
     meshes: value on each mesh.
     """
 
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
     above: str
     meshes: Mapping[int, float]
+
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -56,14 +61,14 @@ class Threshold(Value):
 
     Attributes
     ----------
-    value, doubt, low, high, below, above: of the first change, see `Change`.
+    value, uncertainty, low, high, below, above: of the first change, see `Change`.
     runs: how many it took.
     changes: all of them, in order.
     scene, outcome, vary, between, model, options: what was asked.
     """
 
     value: float
-    doubt: float
+    uncertainty: float
     low: float
     high: float
     below: str
@@ -77,17 +82,22 @@ class Threshold(Value):
     model: str
     options: Mapping[str, Any]
 
+    @property
+    def doubt(self) -> float:
+        """The old name of `uncertainty`."""
+        return self.uncertainty
+
     def __repr__(self) -> str:
-        told = [
+        parts = [
             f"{c.below} below and {c.above} above {self.vary} = "
             + (
                 f"{c.low:.6g} .. {c.high:.6g} (mixed)"
                 if c.high > c.low
-                else f"{c.value:.6g} +- {c.doubt:.2g}"
+                else f"{c.value:.6g} +- {c.uncertainty:.2g}"
             )
             for c in self.changes
         ]
-        return f"Threshold({'; '.join(told)}; {self.model}, {self.runs} runs)"
+        return f"Threshold({'; '.join(parts)}; {self.model}, {self.runs} runs)"
 
 
 @dataclass(frozen=True)
@@ -168,7 +178,7 @@ class _Search:
                     "or none that the model follows"
                 )
         return [
-            [told for told in line.found() if self.outcome in told[4:]] or self._nothing(line)
+            [change for change in line.changes() if self.outcome in change[4:]] or self._nothing(line)
             for line in lines
         ]
 
@@ -244,25 +254,25 @@ def threshold(
     trial = Trial(scene, vary, low, model, options, outcome in SELECTION)
     looking = _Search(trial, outcome, tolerance, sweep or Sweep())
     first = looking.on(meshes[0], [(low, high)])[0]
-    tracks: list[list[tuple[Any, ...]]] = [[told] for told in first]
+    tracks: list[list[tuple[Any, ...]]] = [[change] for change in first]
     done = 1
     for mesh in meshes[1:]:
         spans = [(max(low, track[-1][2] / _AROUND), min(high, track[-1][3] * _AROUND)) for track in tracks]
-        for track, told in zip(tracks, looking.on(mesh, spans), strict=True):
-            track.append(told[0])
+        for track, change in zip(tracks, looking.on(mesh, spans), strict=True):
+            track.append(change[0])
         done += 1
         settled = True
         for track in tracks:
-            value, doubt = _limit(model, meshes[:done], [told[0] for told in track])
-            band = any(told[3] > told[2] for told in track)
-            settled &= band or doubt + track[-1][1] <= tolerance * abs(value)
+            value, uncertainty = _limit(model, meshes[:done], [change[0] for change in track])
+            band = any(change[3] > change[2] for change in track)
+            settled &= band or uncertainty + track[-1][1] <= tolerance * abs(value)
         if settled:
             break
     changes = tuple(_change(track, meshes[:done], model, given is not None) for track in tracks)
     one = changes[0]
     return Threshold(
         one.value,
-        one.doubt,
+        one.uncertainty,
         one.low,
         one.high,
         one.below,
@@ -280,9 +290,9 @@ def threshold(
 
 def _change(track: list[tuple[Any, ...]], meshes: Sequence[int], model: str, single: bool) -> Change:
     """The change that a track of meshes leads to."""
-    _, doubt, low, high, below, above = track[-1]
-    by_mesh = dict(zip(meshes, (told[0] for told in track), strict=True))
+    _, uncertainty, low, high, below, above = track[-1]
+    by_mesh = dict(zip(meshes, (change[0] for change in track), strict=True))
     if high > low or single:
-        return Change(track[-1][0], doubt, low, high, below, above, by_mesh)
-    value, error = _limit(model, meshes, [told[0] for told in track])
-    return Change(value, error + doubt, value, value, below, above, by_mesh)
+        return Change(track[-1][0], uncertainty, low, high, below, above, by_mesh)
+    value, error = _limit(model, meshes, [change[0] for change in track])
+    return Change(value, error + uncertainty, value, value, below, above, by_mesh)

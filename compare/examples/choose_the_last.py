@@ -17,7 +17,7 @@ from ribbonfem.outcomes import name_by_signs
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Two held ramps.
 
     Attributes
@@ -46,7 +46,7 @@ def main(
     dampings: tuple[float, ...] = (10.0, 0.1),
     hold: float = 80.0,
     nodes: int = 51,
-) -> Found:
+) -> Result:
     """Ramps from U+S+ that stop between the folds."""
     # problem
     scene = Scene(compression=compression, shear=shear, start="U+S+", rate=rate, stop=stop, hold=hold)
@@ -62,7 +62,7 @@ def main(
     barrier = der.saddle(scene, stop, **mesh).energy
     motions = tuple(der.simulate(replace(scene, damping=damping), **options) for damping in dampings)
 
-    return Found(
+    return Result(
         folds=(first.angle, second.angle),
         stop=stop,
         dampings=tuple(dampings),
@@ -75,7 +75,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """z(1/2) over time, and the energy beside the barrier."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
     for motion, damping, last in zip(result.motions, result.dampings, result.last, strict=True):

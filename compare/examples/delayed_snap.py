@@ -16,7 +16,7 @@ from ribbonfem.delay import predict, predict_snap
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Delays of the angle behind the fold, rad.
 
     Attributes
@@ -43,7 +43,7 @@ def main(
     rates: tuple[float, ...] = (0.001, 0.01, 0.1),
     elements: int = 10,
     tolerance: float = 1e-6,
-) -> Found:
+) -> Result:
     """Delays of the planar elastica."""
     # problem
     scene = Scene(compression=compression, shear=0.0, start="U+", damping=damping)
@@ -62,7 +62,7 @@ def main(
     snaps = [elastica.simulate(ramp, **options).crossing("height") for ramp in ramps]
     better = [predict_snap(elastica, ramp, **mesh) for ramp in ramps]
 
-    return Found(
+    return Result(
         fold=form.angle,
         rates=tuple(rates),
         measured=tuple(snap[1] - form.angle if snap else float("nan") for snap in snaps),
@@ -72,7 +72,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """Delay over rate, and measured over predicted."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
     left.loglog(result.rates, result.leading, "--", color="0.6", label="predicted, leading order")

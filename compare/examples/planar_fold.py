@@ -18,7 +18,7 @@ from ribbonfem import Scene, elastica, quasilinear
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Angles in rad of the fold.
 
     Attributes
@@ -49,7 +49,7 @@ def main(
     compression: float = 0.1,
     elements: tuple[int, ...] = (8, 16, 32),
     compressions: tuple[float, ...] = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4),
-) -> Found:
+) -> Result:
     """The fold of the planar U+ on several meshes and at several compressions."""
     # problem: no shear, and no ramp, since a fold asks for none
     scene = Scene(compression=compression, shear=0.0, start="U+")
@@ -66,7 +66,7 @@ def main(
 
     exact = mu * math.sqrt(compression)
     errors = [abs(angle - exact) for angle in angles[-2:]]
-    return Found(
+    return Result(
         compression=compression,
         closed_form=exact,
         elements=tuple(elements),
@@ -77,7 +77,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """Errors over the mesh; and how far large slopes move the fold."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.2), constrained_layout=True)
     left.loglog(result.elements, result.errors, "o-", label=f"cubic elements, order {result.order:.2f}")

@@ -17,7 +17,7 @@ from ribbonfem import Branch, Scene, kirchhoff
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Folds of one scene by two models.
 
     Attributes
@@ -38,7 +38,7 @@ class Found:
 
 def main(
     *, compression: float = 0.40, shear: float = 0.40, nodes: tuple[int, int] = (51, 100), elements: int = 12
-) -> Found:
+) -> Result:
     """The folds that a very slow ramp from U+S+ meets."""
     # problem
     scene = Scene(compression=compression, shear=shear, start="U+S+")
@@ -52,7 +52,7 @@ def main(
     result = kirchhoff.folds(scene, elements=elements, extensible=True)
     curve = kirchhoff.equilibria(scene, elements=elements, extensible=True, span=(-1.0, 0.8))
 
-    return Found(
+    return Result(
         nodes=nodes,
         rods=(coarse, fine),
         limit=tuple((ratio * f - c) / (ratio - 1.0) for c, f in zip(coarse, fine, strict=True)),
@@ -61,7 +61,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """z(1/2) of the states at rest against alpha, and the folds of both models."""
     figure, axes = plt.subplots(figsize=(5.4, 3.6), constrained_layout=True)
     # importing `compare` gives a curve its `plot`

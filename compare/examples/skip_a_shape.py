@@ -18,7 +18,7 @@ from ribbonfem.outcomes import classify
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Two ramps.
 
     Attributes
@@ -43,7 +43,7 @@ def main(
     rates: tuple[float, ...] = (0.05, 1.0),
     damping: float = 10.0,
     nodes: int = 51,
-) -> Found:
+) -> Result:
     """Ramps from U+S+ through both folds."""
     # problem
     scene = Scene(compression=compression, shear=shear, start="U+S+", damping=damping, stop=0.9)
@@ -58,7 +58,7 @@ def main(
     motions = tuple(der.simulate(replace(scene, rate=rate), **mesh) for rate in rates)
     outcomes = [classify(motion, (first, second)) for motion in motions]
 
-    return Found(
+    return Result(
         folds=(first.angle, second.angle),
         rates=tuple(rates),
         outcomes=tuple(outcome.kind for outcome in outcomes),
@@ -74,7 +74,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """z(1/2) of both motions over the states at rest."""
     figure, axes = plt.subplots(figsize=(5.4, 3.6), constrained_layout=True)
     # importing `compare` gives a motion its `plot`

@@ -16,7 +16,7 @@ from ribbonfem import Scene, kirchhoff
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """Angles (rad) of the snap, z(1/2) = 0.
 
     Attributes
@@ -41,7 +41,7 @@ def main(
     nodes: tuple[int, ...] = (51, 76, 101),
     elements: int = 8,
     tolerance: float = 1e-6,
-) -> Found:
+) -> Result:
     """One ramp from U+S+ by rods on several meshes, and by elements."""
     # problem
     scene = Scene(compression=compression, shear=shear, start="U+S+", rate=rate, stop=0.9, damping=damping)
@@ -58,7 +58,7 @@ def main(
     *rods, other = (snap[1] if snap else float("nan") for snap in (m.crossing("height") for m in motions))
 
     ratio = (edges[-2] / edges[-1]) ** 2
-    return Found(
+    return Result(
         nodes=tuple(nodes),
         rods=tuple(rods),
         limit=(ratio * rods[-1] - rods[-2]) / (ratio - 1.0),
@@ -66,7 +66,7 @@ def main(
     )
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """The snap over the square of the edge: a straight line into the elements' angle."""
     figure, axes = plt.subplots(figsize=(5.0, 3.4), constrained_layout=True)
     squares = (np.array(result.nodes) - 2.0) ** -2

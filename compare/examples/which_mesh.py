@@ -19,7 +19,7 @@ from ribbonfem import Scene, quasilinear
 
 
 @dataclass(frozen=True)
-class Found:
+class Result:
     """The snap of a planar ramp.
 
     Attributes
@@ -43,7 +43,7 @@ def main(
     elements: tuple[int, ...] = (8, 16, 32),
     nodes: tuple[int, ...] = (26, 51, 101),
     tolerance: float = 1e-7,
-) -> Found:
+) -> Result:
     """The beam of small slopes and rods, each refined in its mesh."""
     # problem
     scene = Scene(compression=compression, shear=0.0, start="U+", rate=rate, stop=1.4, damping=damping)
@@ -61,10 +61,10 @@ def main(
     choice = compare.choose(scene, tolerance=1e-3)
     answer = choice.run()
 
-    return Found(refined, answer.value, answer.error, choice.reason)
+    return Result(refined, answer.value, answer.error, choice.reason)
 
 
-def look(result: Found) -> Any:
+def look(result: Result) -> Any:
     """Errors over the size of the mesh, with the orders that the models declare."""
     figure, axes = plt.subplots(figsize=(5.0, 3.6), constrained_layout=True)
     for k, convergence in enumerate(result.refined):

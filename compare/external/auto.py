@@ -1,4 +1,4 @@
-"""AUTO-07p on the ribbon at rest: the equations it is given, one run of it, what it found.
+"""AUTO-07p on the ribbon at rest: equations written as Fortran, a run, the folds that it finds.
 
 The boundary-value problem is that of the paper's section 3.1 in the smallest form that quaternions
 allow: four of a unit quaternion and three moments in the frame of the rod are the functions; the
@@ -231,7 +231,7 @@ def equations(scene: Scene, force: Array) -> str:
 
 
 @dataclass(frozen=True)
-class Found:
+class AutoRun:
     """What one run found: the angles of the folds, points on the branch, CPU seconds of the process."""
 
     folds: tuple[float, ...]
@@ -271,7 +271,7 @@ class Auto:
         step: float = 0.1,
         largest: float = 5.0,
         folds: int = 4,
-    ) -> Found:
+    ) -> AutoRun:
         """Follow the branch from alpha = 0 upwards, to the fold numbered `folds`, on one thread."""
         constants = CONSTANTS.format(
             intervals=intervals,
@@ -299,8 +299,8 @@ class Auto:
         lines = result.read_text(encoding="ascii").splitlines() if result.exists() else []
         # branch, point, type, label, alpha, ...; header lines are of branch 0; a limit point has type 5
         rows = [line.split() for line in lines if line.split()[:1] not in ([], ["0"])]
-        found = tuple(float(row[4]) for row in rows if row[2] in ("5", "-5"))
-        if done.returncode or len(found) < folds:
+        folded = tuple(float(row[4]) for row in rows if row[2] in ("5", "-5"))
+        if done.returncode or len(folded) < folds:
             output = (done.stdout + done.stderr).strip()[-600:]
-            raise SolverError(f"AUTO-07p found {len(found)} of {folds} folds: {output}")
-        return Found(found[:folds], len(rows), seconds)
+            raise SolverError(f"AUTO-07p found {len(folded)} of {folds} folds: {output}")
+        return AutoRun(folded[:folds], len(rows), seconds)

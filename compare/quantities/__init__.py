@@ -1,1 +1,1 @@
-"""Quantities of a scene, and their convergence in mesh and step."""
+"""Quantities measured of any model (fold, snap, shape, energy), and their convergence in mesh and step."""

@@ -1,4 +1,4 @@
-"""What a curve of equilibria says: where it goes, what is stable at an angle, where its two folds are."""
+"""Values read off a curve of equilibria: its direction, stable states at an angle, its two folds."""
 
 from __future__ import annotations
 

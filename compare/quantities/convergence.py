@@ -1,4 +1,4 @@
-"""Convergence of any quantity of any model, on the mesh and on the time step, in one call.
+"""`convergence`: any quantity of any model under refinement of mesh or step, with order and limit.
 
     from compare import convergence
     print(convergence(elastica, scene, "fold", over={"elements": (8, 16, 32)}))

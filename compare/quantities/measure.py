@@ -1,4 +1,4 @@
-"""Quantities of any model (fold, snap, shape, energy), their CPU time; its mesh sizes and declared orders.
+"""Quantities of any model (fold, snap, shape, energy) with their CPU time, by its public functions alone.
 
 Every measure goes through the functions of a model and nothing else of it.
 """
@@ -19,7 +19,7 @@ from compare.models import MODEL_INFO, MODELS
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.model_info import defaults
 from ribbonfem.options import OptionError
-from ribbonfem.results import Array, Fold, Value, told
+from ribbonfem.results import Array, Fold, Value, control_text
 from ribbonfem.scene import shown
 
 MESHES = ("elements", "nodes")
@@ -145,7 +145,9 @@ def step_at(history: History, angle: float) -> tuple[slice, Array]:
         <= angle
         <= max(history.control[0], history.control[-1])
     ):
-        raise SolverError(f"the run ended at {told(history.scene, history.control[-1])}, before {angle:.6g}")
+        raise SolverError(
+            f"the run ended at {control_text(history.scene, history.control[-1])}, before {angle:.6g}"
+        )
     along = np.abs(history.control)
     k = int(np.searchsorted(along, abs(angle)))
     first = min(max(k - 2, 0), max(len(along) - 4, 0))
@@ -273,7 +275,7 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
         result = history.snap if quantity == "height" else history.crossing(quantity)
         if result is None:
             raise SolverError(
-                f"the {quantity} does not change sign up to {told(scene, scene.require_stop())}"
+                f"the {quantity} does not change sign up to {control_text(scene, scene.require_stop())}"
             )
         return result[0 if time_of else 1], seconds
 

@@ -1,4 +1,4 @@
-"""Curves of equilibria of the planar beam (paper, Fig. 3)."""
+"""Curves of equilibria of the planar beam by elements, rods and closed form (paper, Fig. 3)."""
 
 from __future__ import annotations
 

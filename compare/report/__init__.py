@@ -1,1 +1,1 @@
-"""The report and the terminal: sections, the page of all, the registry of commands."""
+"""The report: sections, their folder and HTML page, output on the terminal, and the registry of commands."""

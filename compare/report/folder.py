@@ -1,4 +1,4 @@
-"""The report's folder: each section's numbers, what it was found from, its pictures, and the page of all.
+"""The report's folder: writes and reads each section's JSON, result file and pictures, and the page of all.
 
 A section lies there as ``NAME.json`` (words, tables, numbers), ``NAME.found`` (the result that all of it is
 made of, see `compare.archive`) and PNG files; ``report.html`` is made anew from all that lie there.

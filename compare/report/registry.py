@@ -1,4 +1,4 @@
-"""What a command is, and which there are; the order of the report, and its redrawing."""
+"""The registry: the list of all commands, what a command consists of, and the order of the report."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Command:
     takes: how long, on two cores.
     main: computes and returns one frozen result, enough to show everything again; its keyword
         parameters are the command's options, its docstring is their help.  It writes nothing.
-    words, tables, drawings, values: of a result; no model is called in them.
+    words, tables, drawings, values: of a result; no model is called in them.  Words are its summary.
     files: text files that belong beside the report, by name, of a result.
     films: what the report shows of the films of a result (GIF) and its interactive views (HTML).
     export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
@@ -124,7 +124,7 @@ def publish(
     return add_pictures(section, folder, ORDER, more) if more else (section, left_out)
 
 
-def summary(name: str) -> str:
+def first_line(name: str) -> str:
     """The first line of a command's docstring, read without importing the models that it needs."""
     module = COMMANDS[name]
     spec = find_spec(module)

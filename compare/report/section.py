@@ -1,4 +1,4 @@
-"""What a command shows: words, tables, drawings, and its numbers for programs."""
+"""Parts of a section of the report: text, tables, drawings, pictures, and numbers for JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A command's streams, whatever they are, and a section on the terminal."""
+"""Output on the terminal: streams that fail safely, and a section printed as text and tables."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The paper: its scenes, named runs, diagrams, figures and claims; nothing else imports it."""
+"""The paper's scenes, named runs, diagrams, figures and claims; nothing else imports this folder."""

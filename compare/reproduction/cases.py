@@ -1,4 +1,4 @@
-"""The paper's named runs of skipping and selection, settled by refining both models."""
+"""The paper's named runs of skipping and selection in both models, refined until their outcome is sure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from compare.quantities.branches import both_folds
 from ribbonfem import History, Scene, SolverError
 from ribbonfem.outcomes import classify
 
-from .named import Case
+from .named_runs import Case
 
 # meshes and tolerances of the finite elements
 ELEMENTS: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -47,7 +47,7 @@ class CaseVerdict:
     ----------
     case, runs: the refinements of both models, then implicit Euler's.
     outcome: the one of all refinements; "sensitive" where they differ, or a snap is scattered.
-    first, second: snap angles of the rods in the limit of the mesh and their doubt, None without one.
+    first, second: snap angles of the rods in the limit of the mesh and their uncertainty, None without one.
     elements: the same two of the finite elements.
     curve, line: time, angle and height of the finer rod, and of the finest elements, for a figure.
     """
@@ -134,7 +134,7 @@ def _drawn(history: History | None, scene: Scene) -> dict[str, list[float]]:
 def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[float, ...]) -> CaseVerdict:
     """Run a case on two meshes and at two tolerances of both models, and with the paper's implicit Euler."""
     coarse, fine = nodes
-    policies: list[tuple[str, str, dict[str, Any]]] = [
+    configurations: list[tuple[str, str, dict[str, Any]]] = [
         (f"N = {coarse}", "der", {"nodes": coarse, "tolerance": tolerance}),
         (f"N = {fine}", "der", {"nodes": fine, "tolerance": tolerance}),
         (f"N = {fine}, tolerance x 10", "der", {"nodes": fine, "tolerance": 10.0 * tolerance}),
@@ -142,12 +142,12 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
         ("discrete gradient", "der", {"nodes": coarse, "method": "discrete-gradient", "step": 2e-3}),
         *((label, "kirchhoff", {"extensible": True, **options}) for label, options in ELEMENTS),
     ]
-    refinements = len(policies)
-    policies += [
+    refinements = len(configurations)
+    configurations += [
         (f"implicit Euler, {step:g} s", "der", {"nodes": coarse, "method": "implicit-euler", "step": step})
         for step in euler
     ]
-    done = [one_run(case, label, model, options) for label, model, options in policies]
+    done = [one_run(case, label, model, options) for label, model, options in configurations]
     runs = tuple(run for run, _ in done)
     outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
     ratio = edge_ratio(coarse, fine)

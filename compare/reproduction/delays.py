@@ -1,4 +1,4 @@
-"""The systems whose delays are measured, and one measurement."""
+"""The systems whose delays are measured, and one measurement, for the command `delay`."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class SystemLead:
-    """By how much the snap of a system precedes the end of its fold's normal form, and the doubt of it, s."""
+    """By how much the snap of a system precedes the end of its fold's normal form, and its uncertainty, s."""
 
     system: str
     damping: float

@@ -1,4 +1,4 @@
-"""Curves of equilibria in the clamp angle: the paper's two paths, and its sweeps (Figs. 4 and 5)."""
+"""The paper's two paths and its sweeps: curves of equilibria over the clamp angle (Figs. 4 and 5)."""
 
 from __future__ import annotations
 

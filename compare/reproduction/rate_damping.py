@@ -1,4 +1,4 @@
-"""The paper's diagrams over rate and damping (Figs. 11 and 14): its named runs in them, and the commands."""
+"""The paper's settings of the diagrams over rate and damping (Figs. 11 and 14), and their two commands."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def command(name: str, main: Callable[..., Diagrams], takes: str) -> Command:
         title=f"Mode {name} over rate and damping",
         takes=takes,
         main=main,
-        words=report.words,
+        words=report.summary,
         tables=lambda result: report.tables(result, named),
         drawings=lambda result: report.drawings(result, named, name),
         values=report.values,

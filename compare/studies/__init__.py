@@ -1,1 +1,1 @@
-"""Measurements over many cases and configurations, each a command."""
+"""Campaigns of measurements (speed, accuracy, hard cases, other programs), each a command."""

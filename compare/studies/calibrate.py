@@ -1,4 +1,4 @@
-"""The laws by which the cheapest model is chosen, measured anew."""
+"""The laws of cost and error by which the cheapest model is chosen, measured anew."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from compare.chooser import trials
-from compare.chooser.cost_laws import FILE, PlanarLaws, Policy, rounded, shipped
+from compare.chooser import random_scenes
+from compare.chooser.cost_laws import FILE, BeamRun, PlanarLaws, rounded, shipped
+from compare.chooser.random_scenes import planar_scene, planar_snap
 from compare.chooser.refinement import expected_steps
-from compare.chooser.trials import planar_scene, planar_snap
 from compare.limits import limit_of
 from compare.models import warm_up
 from compare.report.registry import Command
@@ -38,8 +38,8 @@ DAMPINGS = tuple(10.0 ** np.arange(-2.0, 2.26, 0.25))
 THICKEST = 0.0225
 LAGS = tuple(np.logspace(-3.5, 2.2, 38))
 TERMS, POWERS = 13, 5
-POLICIES = tuple(
-    Policy("elastica", *mesh)
+BEAM_RUNS = tuple(
+    BeamRun(*mesh)
     for mesh in ((6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 3e-6), (12, 1e-6), (14, 3e-7), (16, 1e-7))
 )
 # coarser axes do for errors than for delays
@@ -81,7 +81,7 @@ def _ratio(arguments: tuple[tuple[float, NormalForm], tuple[float, float]]) -> f
     (compression, form), (rate, damping) = arguments
     scene = planar_scene(compression, rate, damping)
     delay = predict(form, scene.rate, scene.damping).angle
-    return (planar_snap(scene, Policy("elastica", 16, 5e-7))[0] - form.angle) / delay
+    return (planar_snap(scene, BeamRun(16, 5e-7))[0] - form.angle) / delay
 
 
 def _axes(axes: dict[str, Sequence[float]]) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def planar_delays(sweep: Sweep) -> dict[str, Any]:
 
 
 def _truth(scene: Scene) -> float:
-    return planar_snap(scene, Policy("elastica", 28, 1e-8))[0]
+    return planar_snap(scene, BeamRun(28, 1e-8))[0]
 
 
 def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -111,8 +111,8 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
     one in proportion to the rate.  Their shares are fixed, their scale is measured.
     """
     rng = np.random.default_rng(seed)
-    drawn = [trials.random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
-    truths = Study("predictions", _truth, drawn).found(sweep)
+    drawn = [random_scenes.random_planar(rng, (0.01, 0.005, 0.01, 0.02)[k % 4]) for k in range(scenes)]
+    truths = Study("predictions", _truth, drawn).results(sweep)
     floor, ringing, power, rest = 1e-5, 8e-3, 1.3, 1e-4
     shape = {"floor": floor, "ringing": [ringing, power, rest]}
     laws = PlanarLaws({**planar, "delay": {**planar["delay"], **shape}})
@@ -130,7 +130,7 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
 
 def _errors(scene: Scene) -> list[tuple[float, float]]:
     truth = _truth(scene)
-    runs = (planar_snap(scene, options) for options in POLICIES)
+    runs = (planar_snap(scene, beam) for beam in BEAM_RUNS)
     return [(abs(angle - truth), seconds) for angle, seconds in runs]
 
 
@@ -138,17 +138,17 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     """Errors and CPU seconds of the configurations on a grid of scenes."""
     axes = ERROR_AXES.values()
     scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
-    result = np.array(Study("planar runs", _errors, scenes).found(sweep))
-    grid = result.reshape(*(len(axis) for axis in axes), len(POLICIES), 2)
+    result = np.array(Study("planar runs", _errors, scenes).results(sweep))
+    grid = result.reshape(*(len(axis) for axis in axes), len(BEAM_RUNS), 2)
     return {
         "axes": _axes(ERROR_AXES),
         "policies": [
             {
-                **{"key": options.key, **asdict(options)},
+                **{"key": beam.key, "model": "elastica", **asdict(beam)},
                 "seconds": rounded(np.median(grid[..., k, 1]), 2),
                 "error": rounded(grid[..., k, 0], 2),
             }
-            for k, options in enumerate(POLICIES)
+            for k, beam in enumerate(BEAM_RUNS)
         ],
     }
 
@@ -158,13 +158,13 @@ def _drawn(
 ) -> tuple[list[Scene], list[Any]]:
     """Random ribbons, and what was measured of each."""
     rng = np.random.default_rng(seed)
-    drawn = [trials.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
-    return drawn, Study(title, measure, drawn, **more).found(sweep)
+    drawn = [random_scenes.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
+    return drawn, Study(title, measure, drawn, **more).results(sweep)
 
 
 def _ribbon(scene: Scene) -> dict[str, Any]:
-    runs = [trials.rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
-    times = {f"{t:.0e}": trials.rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
+    runs = [random_scenes.rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
+    times = {f"{t:.0e}": random_scenes.rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
     times["1e-04"] = runs[MESHES.index(76)][0]
     return {"snap": [run[0] for run in runs], "seconds": [run[1] for run in runs], "time": times}
 
@@ -192,7 +192,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
 
 
 def _elements(scene: Scene) -> list[tuple[float, float, bool]]:
-    return [trials.element_snap(scene, elements, tolerance) for elements, tolerance in LADDER]
+    return [random_scenes.element_snap(scene, elements, tolerance) for elements, tolerance in LADDER]
 
 
 def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -316,7 +316,7 @@ def main(
     return Calibration(whole, tuple(new), tuple(_drift(new)), scenes, ribbons, seed)
 
 
-def words(result: Calibration) -> list[str]:
+def summary(result: Calibration) -> list[str]:
     """Where the laws are, and how well predictions do."""
     text = [f"The laws are in {FILE} beside this report."]
     if "planar" in result.new:
@@ -337,11 +337,11 @@ def tables(result: Calibration) -> Iterator[Table]:
             "Runs of planar scenes",
             result.laws["planar"]["runs"]["policies"],
             [
-                *(("policy", "s", "key"), ("CPU s", ".3f", "seconds")),
+                *(("run", "s", "key"), ("CPU s", ".3f", "seconds")),
                 ("median error", ".1e", lambda run: float(np.median(run["error"]))),
                 ("largest error", ".1e", lambda run: float(np.max(run["error"]))),
             ],
-            "Errors of the angle of the snap (rad) on a grid of scenes. Policy: model, elements, tolerance.",
+            "Errors of the angle of the snap (rad) on a grid of scenes. Run: model, elements, tolerance.",
         )
     if "ribbon" in result.new:
         laws = result.laws["ribbon"]
@@ -390,7 +390,7 @@ COMMAND = Command(
     title="The laws behind the chooser",
     takes="some 20 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

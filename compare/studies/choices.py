@@ -1,4 +1,4 @@
-"""Does the chooser keep its word?  Scenes drawn at random, each against a finer reference, and its cost."""
+"""Does the chooser meet its tolerance?  Random scenes, each against a finer reference, and its cost."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from compare.archive import for_programs
 from compare.chooser.choice import choose
+from compare.chooser.random_scenes import random_scene
 from compare.chooser.references import reference, rod
 from compare.chooser.strategies import Answer
-from compare.chooser.trials import random_scene
 from compare.models import warm_up
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
@@ -35,8 +36,8 @@ WORDS = {"met": "met", "missed": "falsely met", "told": "not met, and said so", 
 class SceneVerdict:
     """A scene, what was chosen for it at a tolerance, and how that turned out.
 
-    `truth` and `doubt`: the reference and its own error; `error` is the chosen way's, against it, rad;
-    `covered`: whether that is within what was claimed, and the reference's doubt.
+    `truth` and `uncertainty`: the reference and its own error; `error` is the chosen way's, against it, rad;
+    `covered`: whether that is within what was claimed, and the reference's uncertainty.
     `seconds` are CPU of choosing and running, `always` those of a rod of 101 nodes up to the snap,
     `always_error` its error.
     """
@@ -54,7 +55,7 @@ class SceneVerdict:
     value: float | None
     claimed: float
     truth: float | None
-    doubt: float
+    uncertainty: float
     error: float | None
     verdict: str
     covered: bool
@@ -66,7 +67,7 @@ class SceneVerdict:
 
 
 def draw(count: int, seed: int) -> list[Scene]:
-    """Scenes as in `trials.random_scene`, planar and sheared in turn."""
+    """Scenes as in `random_scenes.random_scene`, planar and sheared in turn."""
     rng = np.random.default_rng(seed)
     return [random_scene(rng, planar=k % 2 == 0) for k in range(count)]
 
@@ -76,7 +77,7 @@ def judge(scene: Scene, tolerances: Sequence[float]) -> tuple[SceneVerdict, ...]
     begin = time.process_time()
     always = rod(scene, 101, 1e-4)
     always_seconds = time.process_time() - begin
-    truth, doubt = reference(scene)
+    truth, uncertainty = reference(scene)
 
     def off(value: float | None) -> float | None:
         return None if value is None or truth is None else abs(value - truth)
@@ -94,7 +95,7 @@ def judge(scene: Scene, tolerances: Sequence[float]) -> tuple[SceneVerdict, ...]
         if answer.value is None and truth is None and answer.met:
             error = 0.0
         # what even the reference does not settle to a part of the tolerance is judged by no one
-        if doubt > _JUDGE * tolerance and not (error is not None and error + doubt <= tolerance):
+        if uncertainty > _JUDGE * tolerance and not (error is not None and error + uncertainty <= tolerance):
             verdict = "sensitive"
         elif not answer.met:
             verdict = "told"
@@ -114,10 +115,10 @@ def judge(scene: Scene, tolerances: Sequence[float]) -> tuple[SceneVerdict, ...]
             value=answer.value,
             claimed=answer.error,
             truth=truth,
-            doubt=doubt,
+            uncertainty=uncertainty,
             error=error,
             verdict=verdict,
-            covered=answer.error == math.inf or (error is not None and error <= answer.error + doubt),
+            covered=answer.error == math.inf or (error is not None and error <= answer.error + uncertainty),
             flagged=answer.sensitive,
             seconds=seconds,
             always=always_seconds,
@@ -248,26 +249,26 @@ def main(
         refuse("tolerances", tolerances, "must hold at least one")
     wanted = tuple(positive("tolerances", tolerance, 1.0) for tolerance in tolerances)
     study = Study("scenes", _judge, draw(scenes, seed), [wanted], prepare=warm_up)
-    verdicts = [verdict for each in study.found(sweep or Sweep()) for verdict in each]
+    verdicts = [verdict for each in study.results(sweep or Sweep()) for verdict in each]
     return Choices(seed, wanted, tuple(verdicts))
 
 
-def words(result: Choices) -> list[str]:
+def summary(result: Choices) -> list[str]:
     """How many tolerances were kept, and how far the references and their witnesses agree."""
     judged = result.judged
     met, missed = (sum(v.verdict == word for v in judged) for word in ("met", "missed"))
     covered, called = sum(v.covered for v in judged), sum(v.flagged for v in judged)
     count = max(1, len(judged))
-    doubts = [v.doubt for v in result.verdicts if math.isfinite(v.doubt)]
+    uncertainties = [v.uncertainty for v in result.verdicts if math.isfinite(v.uncertainty)]
     return [
         f"{len(result.verdicts) // len(result.tolerances)} scenes (seed {result.seed}), "
         f"{len(result.tolerances)} tolerances each: {len(judged)} answers that the reference settles to a "
         f"third of the tolerance, and {len(result.verdicts) - len(judged)} that it does not. Of the first "
         f"{met} meet it ({met / count:.1%}), {missed} say so falsely, in {covered} the claimed error covers "
         f"the true one ({covered / count:.1%}), and {called} are called sensitive.",
-        f"References are wrong by {np.median(doubts):.1e} rad in the median, {max(doubts):.1e} at most, by a "
-        "coarser run and a model that shares no mechanics with them."
-        if doubts
+        f"References are wrong by {np.median(uncertainties):.1e} rad in the median, "
+        f"{max(uncertainties):.1e} at most, by a coarser run and a model that shares no mechanics with them."
+        if uncertainties
         else "",
     ]
 
@@ -303,7 +304,7 @@ def tables(result: Choices) -> list[Table]:
                 ("covered", "s", lambda v: "yes" if v.covered else "no"),
                 ("flagged", "s", lambda v: "yes" if v.flagged else "no"),
                 *(("error", ".1e", "error"), ("claimed", ".1e", "claimed")),
-                ("reference's doubt", ".1e", "doubt"),
+                ("reference's uncertainty", ".1e", "uncertainty"),
             ],
         ),
     ]
@@ -321,7 +322,7 @@ def values(result: Choices) -> dict[str, Any]:
         "seed": result.seed,
         "tolerances": result.tolerances,
         "summary": [dict(zip(_COLUMNS, row, strict=True)) for row in result.summary],
-        "scenes": [asdict(v) for v in result.verdicts],
+        "scenes": [for_programs(v) for v in result.verdicts],
     }
 
 
@@ -330,7 +331,7 @@ COMMAND = Command(
     title="The cheapest model that will do",
     takes="some 10 minutes for 60 scenes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -1,4 +1,4 @@
-"""How fast is the rod's time loop, and where does its time go?"""
+"""How fast is the rod's time loop, and where does its time go?  A benchmark of steps, kernels and ramps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from compare.quantities.measure import forget, function_of
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
-from der import profile
+from der import timing
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
@@ -51,7 +51,7 @@ ELEMENTS_TOLERANCES = tuple(1e-3 * 10.0 ** (-i / 4) for i in range(15))
 ONCE = 1e-5
 LIMIT = {"elements": 14, "extensible": True, "tolerance": 1e-8}
 
-Policy = Mapping[str, Any]
+Options = Mapping[str, Any]
 Key = tuple[str, int, str, float]
 
 
@@ -80,7 +80,7 @@ def reference_kernel() -> float:
 
 def parts_of_an_iteration(nodes: int) -> dict[str, float]:
     """Best seconds of each kernel of a Newton iteration, called from compiled-code wrappers."""
-    calls = profile.parts(SNAP, nodes)
+    calls = timing.parts(SNAP, nodes)
     return {name: _best(partial(_often, call), 15)[0] / _OFTEN for name, call in calls.items()}
 
 
@@ -99,7 +99,7 @@ class Price(NamedTuple):
         return f"{mesh}, {method}, {self.tolerance:.0e}"
 
 
-def _runs() -> Iterator[tuple[Key, str, Policy]]:
+def _runs() -> Iterator[tuple[Key, str, Options]]:
     """Every run of a scene: (series, mesh, method, tolerance), model, configuration."""
     for elements, tolerance in itertools.product(ELEMENTS, ELEMENTS_TOLERANCES):
         options = {"elements": elements, "extensible": True, "tolerance": tolerance}
@@ -109,7 +109,7 @@ def _runs() -> Iterator[tuple[Key, str, Policy]]:
         yield ("rods", nodes, method, tolerance), "der", options
 
 
-def _snap(model: str, scene: Scene, options: Policy) -> tuple[float, float]:
+def _snap(model: str, scene: Scene, options: Options) -> tuple[float, float]:
     """The angle of the snap and CPU seconds, the start's among them."""
     forget(model)
     begin = time.process_time()
@@ -131,7 +131,7 @@ def measured(scene: Scene, rounds: int, sweep: Sweep) -> tuple[dict[Key, tuple[f
             _snap(model, scene, options)
     title = f"({scene.compression:g}, {scene.shear:g})"
 
-    def snap(run: tuple[Key, str, Policy]) -> tuple[float, float]:
+    def snap(run: tuple[Key, str, Options]) -> tuple[float, float]:
         return _snap(run[1], scene, run[2])
 
     result = {run[0]: [first] for run, first in Study(title, snap, runs).rows(sweep)}
@@ -268,7 +268,7 @@ def main(
     _run(SNAP, None)
     unit = reference_kernel()
     (stats,) = Study("implicit Euler", euler, [100]).by_turns(alone, repeats)
-    start = _best(profile.start(SNAP, nodes), repeats)
+    start = _best(timing.start(SNAP, nodes), repeats)
     scenes = []
     for label, scene, tight in RAMPS:
         meshes = {"rods": nodes, "elements": None}
@@ -300,7 +300,7 @@ def _stacked(parts: dict[str, float]) -> tuple[dict[str, float], dict[str, float
     return new, {"edges and frames": moved, "forces": parts["forces"], "solve": parts["solve"]}
 
 
-def words(result: Speed) -> list[str]:
+def summary(result: Speed) -> list[str]:
     """Steps a second and time an iteration, against the reference kernel."""
     return [
         f"{statistics.median(result.steps_per_second):.0f} steps of implicit Euler a second (median of "
@@ -393,7 +393,7 @@ COMMAND = Command(
     title="The rod's time loop",
     takes="half a minute; with --equal-error two",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -1,4 +1,4 @@
-"""The runner that the campaigns share: cases times configurations, each measured, in rows."""
+"""The runner that the studies share: cases times configurations, each measured, in rows."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ class Study:
         """All pieces of work in the order of the rows, the configurations of a case together."""
         return list(self.cases if self.configurations is None else product(self.cases, self.configurations))
 
-    def found(self, sweep: Sweep) -> list[Any]:
+    def results(self, sweep: Sweep) -> list[Any]:
         """What was measured of each piece of work."""
         return sweep(self.title, self.measure, self.work, cost=self.cost, prepare=self.prepare)
 
     def rows(self, sweep: Sweep) -> list[tuple[Any, Any]]:
         """Each piece of work with what was measured of it."""
-        return list(zip(self.work, self.found(sweep), strict=True))
+        return list(zip(self.work, self.results(sweep), strict=True))
 
     def grid(self, sweep: Sweep) -> Array:
         """Numbers that were measured, as an array (cases, configurations, ...)."""
-        result = np.array(self.found(sweep))
+        result = np.array(self.results(sweep))
         return result.reshape(len(self.cases), -1, *result.shape[1:])
 
     def by_turns(self, sweep: Sweep, rounds: int) -> list[list[Any]]:

@@ -1,4 +1,4 @@
-"""Many runs: tasks, the store of finished ones, worker processes, and the runner that joins them.
+"""Parallel sweeps: tasks, the store of finished ones, worker processes, and the runner that joins them.
 
 Imported as they are asked for: a worker has to say how many threads numpy may use before it loads numpy.
 """

@@ -1,4 +1,4 @@
-"""A progress bar with an honest time left, which library code can be given and need not know."""
+"""A progress bar on standard error, with the time left by the cost of what is left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many runs: on any executor, the longest first, kept as they finish, resumed where they were."""
+"""The runner of a sweep: tasks on any executor, the longest first, kept as they finish, resumed."""
 
 from __future__ import annotations
 

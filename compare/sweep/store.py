@@ -1,4 +1,4 @@
-"""Finished tasks in a folder, one file each, so that a killed sweep goes on where it was."""
+"""The store of finished tasks of a sweep: a folder, one file each, so that a killed sweep can go on."""
 
 from __future__ import annotations
 

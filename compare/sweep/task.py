@@ -1,4 +1,4 @@
-"""One run of a sweep: a function of the package, what it is called with, and a key that names both."""
+"""The task of a sweep: a function, its arguments, and the key under which its result is stored."""
 
 from __future__ import annotations
 

@@ -57,9 +57,9 @@ from .arrays import (
     VERLET,
     Course,
     Motion,
-    Policy,
     Rod,
     Scratch,
+    StepOptions,
 )
 from .band import FIRST, WIDTH, factor, solve, solve_refined
 from .energy import assemble, resist
@@ -110,9 +110,9 @@ __all__ = [
     "WIDTH",
     "Course",
     "Motion",
-    "Policy",
     "Rod",
     "Scratch",
+    "StepOptions",
     "assemble",
     "carry",
     "edges",

@@ -1,4 +1,4 @@
-"""Accept a time step of the rod; its accelerations anew where the control's rate or the force jumps."""
+"""What follows an accepted step of the rod: frames, accelerations, energies; restarts at kinks."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .steps import configure, sum_up
 
 
 @compiled(**OPTIONS)
-def begin_phase(rod, ends, motion, s, course, policy):
+def begin_phase(rod, ends, motion, s, course, options):
     """Make the accelerations those after a kink.
 
     They jump with the force at midspan and, of ribbons that damp, with the clamps' velocities.
@@ -52,7 +52,7 @@ def begin_phase(rod, ends, motion, s, course, policy):
         for i in range(FIRST, 4 * nodes - 8):
             change = -course.damping * motion.v[i] - s.gradient[i] / rod.inertia[i] - motion.a[i]
             motion.a[i] += change
-            if policy.method == NEWMARK or policy.method == GENERALISED_ALPHA:
+            if options.method == NEWMARK or options.method == GENERALISED_ALPHA:
                 motion.aux[i] += change
         if damped:
             copy(s.strains, motion.strains)
@@ -76,11 +76,11 @@ def _viscous_loss(rod, before, after):
 
 
 @compiled(**OPTIONS)
-def accept(rod, ends, motion, s, course, policy, h, target):
+def accept(rod, ends, motion, s, course, options, h, target):
     """Take over the step in s.dq, s.v: frames, accelerations, energies passed on."""
     nodes = motion.x.shape[0]
     first, last = FIRST, 4 * nodes - 8
-    clock, nu, method = motion.clock, course.damping, policy.method
+    clock, nu, method = motion.clock, course.damping, options.method
     v0, a0, aux = motion.v, motion.a, motion.aux
     lost = 0.0
     for i in range(first, last):
@@ -116,14 +116,14 @@ def accept(rod, ends, motion, s, course, policy, h, target):
             v0[i], v0[last + i] = s.v[i], s.v[last + i]
     am, af = 0.0, 0.0
     if method == GENERALISED_ALPHA:
-        am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
-        af = policy.radius / (policy.radius + 1.0)
+        am = (2.0 * options.radius - 1.0) / (options.radius + 1.0)
+        af = options.radius / (options.radius + 1.0)
     gamma = 0.5 - am + af
     for i in range(first, last):
         if whole:
             a1 = -nu * s.v[i] - s.gradient[i] / rod.inertia[i]
         elif method == RUNGE_KUTTA:
-            a1 = s.stage_a[policy.table.shape[0] - 1, i]
+            a1 = s.stage_a[options.table.shape[0] - 1, i]
         elif method == IMPLICIT_EULER:
             a1 = (s.v[i] - v0[i]) / h
         elif method == MIDPOINT or method == DISCRETE_GRADIENT:

@@ -1,4 +1,4 @@
-"""What the kernels of a rod in motion are given: names of methods, places in arrays, tuples of arrays."""
+"""Tuples of arrays and numbers of methods that the compiled time loop of the rod works on."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ Course = namedtuple("Course", "damping settled barrier snap")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
 # weights (stages,) of its error and the power of the step in that
-Policy = namedtuple(
-    "Policy", "method step tolerance newton largest smallest radius table instants weights power"
+StepOptions = namedtuple(
+    "StepOptions", "method step tolerance newton largest smallest radius table instants weights power"
 )
 # the motion: positions, velocities and accelerations of all unknowns; aux is the acceleration-like
 # variable of generalised-alpha and the mean velocity of midpoint's last step; frames; strains (N, 4) of
@@ -73,5 +73,5 @@ Scratch = namedtuple(
     "turn rate known strains viscous",
 )
 
-for _tuple in (Rod, Course, Policy, Motion, Scratch):
+for _tuple in (Rod, Course, StepOptions, Motion, Scratch):
     by_reference(_tuple)

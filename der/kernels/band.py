@@ -1,4 +1,4 @@
-"""The band of a Hessian: its factors, their solution."""
+"""L D L^T of the rod's banded Hessian (half-bandwidth 10): factors, solutions, products."""
 
 from __future__ import annotations
 

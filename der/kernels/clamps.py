@@ -1,4 +1,4 @@
-"""What the controls do to a rod: where the clamps hold its ends, their reactions, loads."""
+"""Boundary conditions and loads of the rod: how controls move the end nodes, and the reactions there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Energies of a discrete elastic rod, their gradient and Hessian.
+"""Bending, twist and stretch of a discrete elastic rod: energy, gradient, Hessian, viscous moments.
 
 Inner node i lies between the edges e and f, of tangents t_e, t_f, inverse lengths 1/|e|, 1/|f| and directors
 m1, m2; B1, B2, C are EI1, EI2, GJ over l, and S is EA l.  Strains, and their energy:

@@ -1,4 +1,4 @@
-"""Edges of a discrete elastic rod, and the frames that they carry."""
+"""Edges of a discrete elastic rod and their material frames, carried by parallel transport."""
 
 from __future__ import annotations
 

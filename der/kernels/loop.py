@@ -1,4 +1,4 @@
-"""The time loop of the rods: control of steps, rows."""
+"""The compiled time loop of the rods: control of steps, rejection, output rows."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _energy(motion, rows, row):
 
 
 @compiled(**OPTIONS)
-def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1, row_v):
+def run(rod, ends, motion, s, course, options, every, rows, row_x, row_m1, row_v):
     """Step until the end of the control's motion, until decided or snapped (DONE), until the rows are full
     (FULL), no step converges (STUCK), or the energy grows from nowhere (BLOWN).
 
@@ -149,45 +149,45 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1, row_v)
     nodes = motion.x.shape[0]
     clock = motion.clock
     last = ends.kinks.shape[0] - 1
-    order = 1.0 / policy.power
+    order = 1.0 / options.power
     while True:
         if clock[ROW] >= rows.shape[0]:
             return FULL
         if clock[FRESH] != 0.0:
             clock[FRESH] = 0.0
-            begin_phase(rod, ends, motion, s, course, policy)
+            begin_phase(rod, ends, motion, s, course, options)
         time, phase = clock[TIME], int(clock[PHASE])
         target = ends.kinks[phase + 1]
         # transport of frames needs neighbours
-        h = min(clock[STEP], policy.largest, ends.longest[phase])
+        h = min(clock[STEP], options.largest, ends.longest[phase])
         # no sliver of a step is left: it would tell nothing, and spoil what is interpolated over it
-        landing = target - time <= h * (1.0 + (1e-6 if policy.step > 0.0 else 1e-3))
+        landing = target - time <= h * (1.0 + (1e-6 if options.step > 0.0 else 1e-3))
         if landing:
             h = target - time
         reached = target if landing else time + h
-        count, error = attempt(rod, ends, motion, s, course, policy, h, reached)
+        count, error = attempt(rod, ends, motion, s, course, options, h, reached)
         clock[ITERATIONS] += abs(count)
         failed = count < 0
-        if policy.step > 0.0:
+        if options.step > 0.0:
             error = 0.0
         else:
             # Errors made while the ribbon creeps towards a fold add up and shift the snap; those
             # made while it rings do not.  The error allowed shrinks with the speed.
             speed = largest_move(s.v, FIRST, 4 * nodes - 8)
             error /= min(1.0, max(0.01, CREEP * speed))
-            if not failed and not error <= policy.tolerance:
+            if not failed and not error <= options.tolerance:
                 failed = True
         if failed:
             clock[REJECTED] += 1.0
             if count < 0:
                 h *= 0.5
             else:
-                h *= max(0.2, 0.9 * (policy.tolerance / error) ** order)
+                h *= max(0.2, 0.9 * (options.tolerance / error) ** order)
             clock[STEP] = h
-            if h < policy.smallest:
+            if h < options.smallest:
                 return STUCK
             continue
-        accept(rod, ends, motion, s, course, policy, h, reached)
+        accept(rod, ends, motion, s, course, options, h, reached)
         # what rounding leaves of the sum of many equal steps is carried on: they are to land on the target
         lost = h + clock[CARRY]
         clock[TIME] = target if landing else time + lost
@@ -196,11 +196,11 @@ def run(rod, ends, motion, s, course, policy, every, rows, row_x, row_m1, row_v)
             clock[CONTROL], _, _ = control_at(ends, phase, clock[TIME])
         clock[STEPS] += 1.0
         clock[SINCE] += 1.0
-        if policy.step > 0.0:
+        if options.step > 0.0:
             # after a halving the step grows back to the one asked for; a landing does not count
-            clock[STEP] = min(policy.step, 2.0 * clock[STEP])
+            clock[STEP] = min(options.step, 2.0 * clock[STEP])
         else:
-            growth = 2.5 if error == 0.0 else min(2.5, max(0.2, 0.9 * (policy.tolerance / error) ** order))
+            growth = 2.5 if error == 0.0 else min(2.5, max(0.2, 0.9 * (options.tolerance / error) ** order))
             # a short step onto a kink says nothing of the steps that follow
             clock[STEP] = max(h * growth, clock[STEP] if landing and growth > 1.0 else 0.0)
         done = landing and phase + 1 == last

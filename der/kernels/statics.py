@@ -1,4 +1,4 @@
-"""Equilibria of a discrete elastic rod: a state moved along, and the equations at it, each in one call."""
+"""Residual and tangent of a discrete elastic rod at rest, factorised, for continuation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps of a rod in motion: stages, Newton, errors."""
+"""One time step of a rod by each method: stages, Newton's method, error estimates."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _evaluate(rod, ends, motion, s, dq, mean, pace, second):
 
 
 @compiled(**OPTIONS)
-def _newton(rod, ends, motion, s, dq, c, b, pace, policy):
+def _newton(rod, ends, motion, s, dq, c, b, pace, options):
     """Solve M (c dq - b) + F = 0 for the free increments, from the guess in dq; F as in `_evaluate`.
 
     Of ribbons that damp F is at the velocities s.known + pace dq, and at those in s.rate of the clamps.
@@ -117,7 +117,7 @@ def _newton(rod, ends, motion, s, dq, c, b, pace, policy):
     """
     nodes = motion.x.shape[0]
     first, last = FIRST, 4 * nodes - 8
-    mean = policy.method == DISCRETE_GRADIENT
+    mean = options.method == DISCRETE_GRADIENT
     before = 0.0
     fresh = motion.clock[FACTORED] != c
     made = 0
@@ -150,7 +150,7 @@ def _newton(rod, ends, motion, s, dq, c, b, pace, policy):
             return -iteration
         for i in range(first, last):
             dq[i] += s.right[i]
-        if size < policy.newton:
+        if size < options.newton:
             return iteration
         fresh = iteration > 1 and size > 0.1 * before
         before = size
@@ -169,7 +169,7 @@ def largest_move(values, first, last):
 
 
 @compiled(**OPTIONS)
-def attempt(rod, ends, motion, s, course, policy, h, target):
+def attempt(rod, ends, motion, s, course, options, h, target):
     """One step of size h from `motion` to an instant: increments in s.dq, velocities in s.v.
 
     Returns (iterations, local error of the positions); negative iterations mean failure.
@@ -180,7 +180,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
     damped = rod.retardation > 0.0
     control, rate, _ = control_at(ends, phase, target)
     v0, a0, aux = motion.v, motion.a, motion.aux
-    method = policy.method
+    method = options.method
     error = 0.0
     if method == VERLET:
         # kicks with the damping taken implicitly at the end: second order, and stable in nu
@@ -198,7 +198,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
         return 1, error
 
     if method == RUNGE_KUTTA:
-        table, stages = policy.table, policy.table.shape[0]
+        table, stages = options.table, options.table.shape[0]
         for i in range(first, last):
             s.stage_v[0, i] = v0[i]
             s.stage_a[0, i] = a0[i]
@@ -217,8 +217,8 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
                 s.stage_a[k, i] = moved
                 s.b[i] = c * moved - nu * known
                 s.dq[i] = moved + dh * dh * s.stage_a[k - 1, i]
-            if policy.instants[k] != 1.0:
-                control, rate, _ = control_at(ends, phase, time + policy.instants[k] * h)
+            if options.instants[k] != 1.0:
+                control, rate, _ = control_at(ends, phase, time + options.instants[k] * h)
             else:
                 control, rate, _ = control_at(ends, phase, target)
             place(rod, ends, control, motion, s.dq)
@@ -226,7 +226,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
                 drift(rod, ends, control, rate, s.rate)
                 for i in range(first, last):
                     s.known[i] = s.stage_v[k, i] - s.stage_a[k, i] / dh
-            used = _newton(rod, ends, motion, s, s.dq, c, s.b, 1.0 / dh, policy)
+            used = _newton(rod, ends, motion, s, s.dq, c, s.b, 1.0 / dh, options)
             if used < 0:
                 return used - count, error
             count += used
@@ -239,14 +239,14 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
             if i % 4 != 3:
                 estimate = 0.0
                 for k in range(stages):
-                    estimate += policy.weights[k] * s.stage_v[k, i]
+                    estimate += options.weights[k] * s.stage_v[k, i]
                 error = max(error, h * abs(estimate))
         return count, error
 
     beta, gamma, am, af = 0.25, 0.5, 0.0, 0.0
     if method == GENERALISED_ALPHA:
-        am = (2.0 * policy.radius - 1.0) / (policy.radius + 1.0)
-        af = policy.radius / (policy.radius + 1.0)
+        am = (2.0 * options.radius - 1.0) / (options.radius + 1.0)
+        af = options.radius / (options.radius + 1.0)
         gamma = 0.5 - am + af
         beta = 0.25 * (1.0 - am + af) ** 2
     if method == IMPLICIT_EULER:
@@ -289,7 +289,7 @@ def attempt(rod, ends, motion, s, course, policy, h, target):
     if method == DISCRETE_GRADIENT:
         # the mean force, whose work is that of a step
         motion.clock[PUSH] = 0.5 * (motion.clock[PUSHED] + motion.clock[PUSH])
-    count = _newton(rod, ends, motion, s, s.dq, c, s.b, pace, policy)
+    count = _newton(rod, ends, motion, s, s.dq, c, s.b, pace, options)
     if count < 0:
         return count, error
     if method == MIDPOINT:

@@ -1,4 +1,4 @@
-"""What is known in closed form: the beam of small slopes, and Euler's elastica (`euler`)."""
+"""Closed-form solutions: the fold and branch of the beam of small slopes, and Euler's elastica (`euler`)."""
 
 from .small_slopes import (
     EULER,

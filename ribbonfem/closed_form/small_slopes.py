@@ -1,4 +1,4 @@
-"""Closed form of the quasi-linear beam (paper, section 4.3).
+"""Fold and branch of equilibria of the quasi-linear beam in closed form (paper, section 4.3).
 
 ``z'''' + sigma^2 z'' = 0`` with ``z = 0`` at both ends, ``z'(0) = -mu``, ``z'(1) = 0`` and the
 end-shortening ``int z'^2 = 2``, all in the rescaled height Z and slope mu.  The solution is

@@ -55,9 +55,8 @@ order's delay.
 """
 
 from .cubic import cubic_curve, escape_time
-from .curve import universal
 from .departure import Departure, departure, scene_departure
-from .fold import (
+from .normal_forms import (
     NormalForm,
     frequency,
     normal_form,
@@ -67,6 +66,7 @@ from .fold import (
 )
 from .prediction import Delay, predict
 from .snap import Lead, lead, next_order, predict_snap
+from .universal_curve import universal
 
 __all__ = [
     "Delay",

@@ -1,4 +1,4 @@
-"""Initial values of few and smooth, often stiff, unknowns: collocation of high order, which stores no step.
+"""A high-order integrator for initial values of few, smooth, often stiff unknowns: Radau IIA of nine points.
 
 Radau IIA of nine points: stiffly accurate, of order 17 at a step's end and 9 inside it, so that a
 solution to eleven digits takes some tens of steps whatever its stiffness.  References: E. Hairer &

@@ -1,4 +1,4 @@
-"""The normal form to the next order: what its cubic term does to the time at which it leaves.
+"""The cubic term of a fold's normal form: by how much it moves the time at which the solution blows up.
 
 All in y = a2 A (1/s^2), y'' + nu y' = y^2 + gamma y^3 (+ c a2 rate T on the ramp), to first order in
 gamma.  Towards infinity the time at which y is reached moves by
@@ -21,7 +21,7 @@ from ribbonfem.options import number, positive, refuse
 from ribbonfem.results import Array
 
 from .collocation import integrate
-from .curve import _START, _TERMS, PAST, _outer, outer_series
+from .universal_curve import _START, _TERMS, PAST, _outer, outer_series
 
 # of ln y in the time, and Lambda beyond which the finite part follows its logarithm
 LOGARITHM, _FRICTION = 18.0 / 35.0, 1e4

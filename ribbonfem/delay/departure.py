@@ -1,4 +1,4 @@
-"""How a motion leaves a fold: the state and velocity of the normal form's unstable solution there."""
+"""The initial state of a motion that leaves a fold: on the unstable solution of the fold's normal form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ribbonfem.results import Array, SolverError
 from ribbonfem.scene import Scene
 
 from .cubic import escape_time
-from .fold import NormalForm, normal_form
+from .normal_forms import NormalForm, normal_form
 
 _NEWTON, _TOLERANCE = 30, 1e-10
 # L; a normal form holds no farther

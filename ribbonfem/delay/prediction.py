@@ -1,4 +1,4 @@
-"""The delay that a normal form predicts."""
+"""The delay of a snap behind its fold to leading order, by the fold's normal form; the class `Delay`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from ribbonfem.options import number, refuse
 
-from .curve import universal
-from .fold import NormalForm
+from .normal_forms import NormalForm
+from .universal_curve import universal
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The snap of a ramp to the next order, from statics and one escape from the fold."""
+"""The delay of a snap to the next order (`predict_snap`), from statics and one escape from the fold."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ribbonfem.results import MESH, Array, History, SolverError
 from ribbonfem.scene import Scene
 
 from .cubic import LOGARITHM, cubic_curve, escape_time
-from .fold import NormalForm
+from .normal_forms import NormalForm
 from .prediction import Delay, predict
 
 QUANTITIES = ("snap", "first snap")

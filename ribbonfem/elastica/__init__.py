@@ -1,6 +1,6 @@
-"""The planar elastica: a geometrically exact beam, with or without stretch."""
+"""The planar elastica by finite elements: a geometrically exact beam, with or without stretch."""
 
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from .functions import equilibria, folds, frequencies, instabilities, leaves_plane, normal_forms, state
 from .info import MODEL_INFO

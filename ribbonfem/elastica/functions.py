@@ -1,4 +1,4 @@
-"""The functions of the planar elastica."""
+"""Public functions of the elastica at rest: folds, instabilities, equilibria, normal forms, frequencies."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability, RestState
 from ribbonfem.scene import Scene
 
-from . import motion
-from . import out_of_plane as sideways
+from . import out_of_plane
+from .discretisation import vibrations
+from .motion import ELEMENTS
 from .problem import Statics, _State
 from .states import named, rest_state
 
@@ -97,7 +98,7 @@ def instabilities(
     of: dict[str, Any] = {"model": "elastica", "options": options_given()}
     result = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in result]
-    across = sideways.lost_at(problem, start, scene)
+    across = out_of_plane.lost_at(problem, start, scene)
     if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
         return tuple(points)
     control = float(across.parameter)
@@ -108,7 +109,7 @@ def instabilities(
 
 @checked
 def normal_forms(
-    scene: Scene, *, elements: int = motion.ELEMENTS, extensible: bool = False
+    scene: Scene, *, elements: int = ELEMENTS, extensible: bool = False
 ) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
@@ -131,7 +132,7 @@ def leaves_plane(scene: Scene, *, elements: int = AT_REST, extensible: bool = Fa
     NaN where they do not lose it; where the control starts, where the start has not got it.
     """
     named(scene, elements, extensible)
-    return sideways.leaves_plane(scene, elements, extensible)
+    return out_of_plane.leaves_plane(scene, elements, extensible)
 
 
 @checked
@@ -141,7 +142,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extens
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    return motion.vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
+    return vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
 
 
 @checked

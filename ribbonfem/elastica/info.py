@@ -1,4 +1,4 @@
-"""What the elastica declares of itself."""
+"""Facts that the elastica declares for `compare`: option of the mesh, orders, methods, unknowns."""
 
 from __future__ import annotations
 

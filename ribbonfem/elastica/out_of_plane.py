@@ -31,7 +31,7 @@ from .problem import Statics, _State
 from .states import named
 
 
-class Sideways:
+class OutOfPlane:
     """The second variation on the elements of the plane's problem, with the same Gauss points."""
 
     def __init__(self, problem: Statics, ribbon: Ribbon) -> None:
@@ -93,6 +93,6 @@ def leaves_plane(scene: Scene, elements: int, extensible: bool) -> float:
 def lost_at(problem: Statics, start: _State, scene: Scene) -> Point[_State] | None:
     """Where the states of any drive lose their stability out of the plane; None if they do not."""
     try:
-        return leaving(problem, start, scene, Sideways(problem, scene.ribbon).index)
+        return leaving(problem, start, scene, OutOfPlane(problem, scene.ribbon).index)
     except SolverError:
         return None

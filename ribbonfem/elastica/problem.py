@@ -1,4 +1,4 @@
-"""The planar elastica: a geometrically exact beam, unshearable, with or without stretch (paper, section 4.1).
+"""The elastica's functional, its mesh, and its equilibrium equations for continuation (paper, section 4.1).
 
 The tangent has the angle phi to the x axis, the cross-section carries the force n.  With
 lengths in L, forces in EI2/L^2, energies in EI2/L, t = (cos phi, sin phi) in the (x, z) plane

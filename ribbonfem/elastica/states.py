@@ -1,4 +1,4 @@
-"""Where a motion or a curve of the elastica begins: the buckled beam, and what leads from it to the start."""
+"""Start states of the elastica: the buckled beam, and the loading that leads from it to a scene's start."""
 
 from __future__ import annotations
 

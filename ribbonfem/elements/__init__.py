@@ -1,1 +1,1 @@
-"""Line elements on scikit-fem."""
+"""Line elements for scikit-fem: C1 Hermite, and Lagrange at Gauss-Lobatto points."""

@@ -1,4 +1,4 @@
-"""What a scene's controls do to the ribbon at an instant: poses of both clamps, loads, and their rates.
+"""Boundary conditions at an instant: poses of both clamps, loads, and their rates, by a scene's controls.
 
 The one place where a control becomes a clamp that is held somewhere.  Rotations are unit quaternions of the
 rotation from the unturned clamp's frame: Ry(left) Rx(twist_left) and Ry(-right) Rx(twist_right).

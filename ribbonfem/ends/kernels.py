@@ -1,4 +1,4 @@
-"""Controls at an instant, compiled: what every time loop is told of clamps and loads."""
+"""Boundary conditions at an instant, compiled: poses and rates of both clamps, loads, power of controls."""
 
 from __future__ import annotations
 

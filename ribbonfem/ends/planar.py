@@ -1,4 +1,4 @@
-"""What a scene does to a planar beam, in one parameter, at rest."""
+"""Boundary conditions and loads of a planar beam at rest, as functions of one parameter (`Rig`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the clamps and the loads of a planar beam do at an instant."""
+"""Boundary conditions and loads of a planar beam at an instant of its motion, compiled."""
 
 from __future__ import annotations
 

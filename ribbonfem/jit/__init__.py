@@ -1,1 +1,1 @@
-"""The compiler: one decorator, its cache, numbers that hold four."""
+"""How kernels are compiled with numba: the decorator, the cache on disk, SIMD numbers, vector algebra."""

@@ -1,4 +1,4 @@
-"""Vectors and quaternions of compiled code: tuples of numbers of any kind, of one element or of four.
+"""Vector and quaternion algebra for compiled code, on tuples of numbers of one element or of four.
 
 A quaternion is (w, x, y, z); a unit one turns vectors, v -> q v q*, and i, j, k to the axes of its body.
 """

@@ -1,4 +1,4 @@
-"""Machine code kept between processes: what is wrong with its files costs time, and never the computation.
+"""The cache of compiled code on disk: where its files are, how they are checked, read and written.
 
 numba's own cache has an index and numbered data files a function: processes that save at once can give
 one signature the code of another, a file cut short is an error in every later run, and so is a folder that

@@ -1,4 +1,4 @@
-"""`@compiled`: how all kernels are compiled; what compiles them is in `entries.py`, the files in `cache.py`.
+"""The decorator `@compiled` of all kernels; what compiles them is in `entries.py`, their cache in `cache.py`.
 
 A function is compiled for where it is called from: from Python, to machine code with all that it calls
 inside, which is kept between processes; from compiled code, to a part of that (`entries`).

@@ -1,4 +1,4 @@
-"""One function of compiled code, whole: what Python calls, and what compiled code takes in.
+"""The compiler driver on top of numba: one library per function called from Python, with its callees inside.
 
 The compiler's own way makes machine code, and wrappers that unpack nested tuples of arrays, of every function
 on every level of calls, and types constants in calls as kinds of their own; only the outermost is ever

@@ -1,4 +1,4 @@
-"""Elements of a mesh, four at a time (`jit.simd`): a group.
+"""Tables of a mesh's elements in groups of four, for SIMD (`jit.simd`).
 
 Arrays of groups have an axis of them first and one of `WIDTH` elements last; places without an
 element repeat the last one, so that nothing there is ever singular.

@@ -1,4 +1,4 @@
-"""Named tuples that compiled code hands on as one pointer.
+"""Named tuples of arrays that compiled functions hand to each other as one pointer.
 
 To the compiler a tuple of arrays is all of their fields, seven to eleven numbers each, handed over one by
 one at every call: sixty arrays are six hundred arguments, and much of what there is to compile.  Tuples

@@ -1,4 +1,4 @@
-"""Numbers four at a time: a value of compiled code that holds one number of each of four elements.
+"""SIMD numbers: one value of compiled code holds a number of each of four elements.
 
 What is the same for every element of a mesh, one after the other, is done for four at once:
 `+ - * /` act on each of the four, or on all with one float.  The compiler does not have to find
@@ -14,12 +14,12 @@ from numba import config
 
 from ribbonfem.results import Array
 
-from . import plain, vectors
+from . import simd_arrays, simd_vectors
 from .decorator import compiled
 
-_numbers: Any = plain if config.DISABLE_JIT else vectors
+_numbers: Any = simd_arrays if config.DISABLE_JIT else simd_vectors
 
-WIDTH = plain.WIDTH
+WIDTH = simd_arrays.WIDTH
 load, store, spread = _numbers.load, _numbers.store, _numbers.spread
 transposed, lane = _numbers.transposed, _numbers.lane
 all_below, larger = _numbers.all_below, _numbers.larger

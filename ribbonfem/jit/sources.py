@@ -1,4 +1,4 @@
-"""What compiled code is made from: its file, and all files of kernels that this file stands on.
+"""The cache key of compiled code: a digest of a file of kernels and of all that it imports.
 
 The compiler's own cache looks at the file of a function alone: a caller that was kept would go on running
 an old callee from another file.  Here the key is a digest of the function's file and of all files of kernels

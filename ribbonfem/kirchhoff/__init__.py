@@ -1,6 +1,6 @@
 """The ribbon as a geometrically exact Kirchhoff rod in three dimensions, by finite elements."""
 
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from .escape import escape
 from .functions import (

@@ -1,4 +1,4 @@
-"""`escape`: motion of a ribbon from a perturbed fold, the control held; it corrects predicted delays."""
+"""Public `escape` of the ribbon: the motion that leaves a fold by itself, for predictions of delays."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
 
 from . import states
-from .initials import at_rest
+from .initial_states import at_rest
 from .kernels import arrays
-from .motion import TOLERANCE, UNTIL, integrate, ramp_of
+from .loop import integrate, ramp_of
+from .motion import TOLERANCE, UNTIL
 from .problem import Frames, Statics, checked_mesh
 
 

@@ -1,4 +1,4 @@
-"""The ribbon at rest: an inextensible, unshearable Kirchhoff rod in three dimensions (paper, section 3.1).
+"""Public functions of the ribbon at rest: folds, equilibria, states, pitchforks, saddle (paper, section 3.1).
 
 Frames are unit quaternions in continuous fifth-degree elements, interpolated and normalised; the
 force in the rod, constant along it, is the multiplier of the position of its right end.  With p
@@ -32,8 +32,9 @@ from ribbonfem.scene import Ribbon, Scene, SceneError
 
 from . import out_of_plane as plane
 from . import shear, states
-from .motion import vibrations
-from .problem import Frames, Statics, checked_mesh, directors
+from .discretisation import vibrations
+from .frames import directors
+from .problem import Frames, Statics, checked_mesh
 from .reactions import reactions_of
 from .shear import Pitchforks, ShearCurve
 
@@ -221,7 +222,7 @@ def pitchforks(
 ) -> Pitchforks:
     """The shears at which the states of a ribbon fork at alpha = 0 (paper, appendix B).
 
-    Beyond dL/L = 0.905 or so the planar U is itself unstable, sideways; these are then on the mirror
+    Beyond dL/L = 0.905 or so the planar U is itself unstable, out of its plane; these are then on the mirror
     image of its curve, which turns back to the other side.
 
     Parameters

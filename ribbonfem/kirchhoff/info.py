@@ -1,4 +1,4 @@
-"""What the Kirchhoff rod declares of itself."""
+"""Facts that the Kirchhoff rod declares for `compare`: option of the mesh, orders, methods, unknowns."""
 
 from __future__ import annotations
 

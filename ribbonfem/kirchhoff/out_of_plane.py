@@ -1,4 +1,4 @@
-"""Where a planar state of the rod leaves its plane: the first branch point of its curve across the plane."""
+"""Where a planar state of the ribbon loses its stability out of the plane: a branch point of its curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Kirchhoff rod on a mesh: frames at the nodes, equilibrium equations in one parameter.
+"""Mesh, unknowns and equilibrium equations of the Kirchhoff rod in one parameter, for continuation.
 
 Among rods with given end frames and a given chord R, an equilibrium is a stationary point of
 
@@ -13,7 +13,7 @@ in L, forces in EI2/L^2, energies in EI2/L.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,9 @@ from ribbonfem.ends import Ends
 from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import OptionError, flag, require_memory, whole_number
 from ribbonfem.results import Array
-from ribbonfem.scene import Ribbon, Scene
+from ribbonfem.scene import Ribbon
 
+from .frames import about, directors, tangents_of
 from .kernels import statics as kernels
 from .kernels.batch import in_fours
 
@@ -36,8 +37,6 @@ DEGREE = 5
 
 # Mean square rotation (rad^2) against lengths (L^2) in the arclength.
 ROTATION_WEIGHT = 0.09
-# step of differences in the share of what is brought on
-_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -285,7 +284,7 @@ class Statics:
         result = np.zeros_like(state.g)
         share = np.einsum("ekb,ekbc->ekc", weights, bend)
         np.add.at(result, self._local, np.einsum("ki,ekc->eic", tables.value, share))
-        result += 2.0 * self.spin * (self.mass * spin)[:, None] * _about(state.g)
+        result += 2.0 * self.spin * (self.mass * spin)[:, None] * about(state.g)
         # a tension is the same all along: n has the momentum of the stretch that it makes
         force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
         return np.concatenate((result[1:-1].ravel(), force))
@@ -319,7 +318,7 @@ class Statics:
         longer = c * np.einsum("ekb,ekb->ek", tangent, pulled)
         moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i
-        spin = 2.0 * np.sum(_about(state.g) * rate, axis=1)
+        spin = 2.0 * np.sum(about(state.g) * rate, axis=1)
         return self._integral(moved), spin, bend, tangent
 
     def middle(self, state: Frames) -> tuple[Array, Array]:
@@ -344,84 +343,6 @@ class Statics:
             "kappa2": -curvature[:, :, 1].ravel(),
             "tau": curvature[:, :, 0].ravel(),
         }
-
-
-class Loading(Statics):
-    """The equations of a scene's start in the share of what acts there besides dL and dW.
-
-    Presets, weight, natural shape and where the control starts come on in proportion, from 0 to 1.
-    """
-
-    def __init__(self, problem: Statics, scene: Scene) -> None:
-        vars(self).update(vars(problem))
-        ends = problem.ends
-        controls = ends.controls(scene.begin)
-        self._weight = ends.weight
-        self.ends = Ends(np.zeros_like(controls), controls, ends.chord, np.zeros(3))
-        self.loaded = True
-        size = float(np.linalg.norm(self._weight)) + 10.0 * float(np.abs(self.natural).max())
-        self.parameter_weight = parameter_weight(np.append(controls[:7], controls[7] + size))
-
-    def loads(self, parameter: float) -> Array:
-        """As of `Statics`, with a share of the weight."""
-        points = self.tables.points[:, :, None]
-        return np.asarray(super().loads(parameter) + (1.0 - points) * (parameter * self._weight))
-
-    def unbent(self, parameter: float) -> Array:
-        """As of `Statics`, of a share of the natural shape."""
-        return parameter * self.natural
-
-    def unbent_fours(self, parameter: float) -> Array:
-        """The same for four elements at a time."""
-        return parameter * self._natural_fours
-
-    def linearise(self, state: Frames, parameter: float) -> Linearisation:
-        """As of `Statics`; the derivative in the share by central differences: it predicts, and no more."""
-        line = super().linearise(state, parameter)
-        sides = [self._residual(state, parameter + h) for h in (-_SHARE, _SHARE)]
-        change = line.slope + (sides[1] - sides[0]) / (2.0 * _SHARE)
-        return Linearisation(line.residual, change, line.solve, line.index)
-
-    def _residual(self, state: Frames, parameter: float) -> Array:
-        """With the clamps and the force where they are: `Statics` has derived those."""
-        there = copy(self)
-        there.ends = replace(
-            self.ends, fixed=self.ends.controls(state.at), moved=np.zeros_like(self.ends.moved)
-        )
-        return Statics.assembled(there, state, parameter)[0]
-
-
-def _about(g: Array) -> Array:
-    """g i (nodes, 4), the direction of a rotation of frames about their tangents."""
-    w, x, y, z = g.T
-    return np.stack((-x, w, z, -y), axis=1)
-
-
-def directors(g: Array) -> Array:
-    """Rows m1, m2, m3 (nodes, 3, 3) of the frames G e_z, -G e_y, G e_x."""
-    w, x, y, z = g.T
-    normal = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z), axis=1)
-    width = -np.stack((2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)), axis=1)
-    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=1)
-    return np.stack((normal, width, tangent), axis=1)
-
-
-def tangents_of(q: Array) -> tuple[Array, Array]:
-    """Unit tangents (..., 3) of quaternions (..., 4) of any length, and their derivatives (..., 3, 4)."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
-    square = np.sum(q * q, axis=-1)
-    tangent = np.stack((w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)), axis=-1)
-    tangent /= square[..., None]
-    rows = np.stack(
-        (
-            np.stack((w, x, -y, -z), axis=-1),
-            np.stack((z, y, x, w), axis=-1),
-            np.stack((-y, z, -w, x), axis=-1),
-        ),
-        axis=-2,
-    )
-    derivative = 2.0 * (rows - tangent[..., None] * q[..., None, :]) / square[..., None, None]
-    return tangent, derivative
 
 
 def checked_mesh(elements: object, extensible: object) -> dict[str, Any]:

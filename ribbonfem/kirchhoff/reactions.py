@@ -1,4 +1,4 @@
-"""What the clamps do to a Kirchhoff rod at rest."""
+"""Forces and moments of both clamps on a Kirchhoff rod at rest."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 
 from ribbonfem.results import Array
 
-from .problem import Frames, Statics, tangents_of
+from .frames import tangents_of
+from .problem import Frames, Statics
 
 _STEP = 1e-30
 

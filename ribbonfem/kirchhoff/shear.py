@@ -1,4 +1,4 @@
-"""The states at alpha = 0 against the shear: where they fork, and their curves (paper, appendix B)."""
+"""States at alpha = 0 as functions of the shear: their pitchforks and their curves (paper, appendix B)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ribbon's states by name, at alpha = 0: where they are, what they are, where they fork.
+"""Start states of the ribbon by name (U+S+, ...) at alpha = 0: found, classified, and where they bifurcate.
 
 A ribbon sheared from the planar buckled state U keeps z(s) = z(1 - s) until a pitchfork, at which
 that symmetry breaks (US); at a second one, z(1/2) reaches 0 (S); past a third the unbroken U is
@@ -33,7 +33,8 @@ from ribbonfem.ends import Ends
 from ribbonfem.results import SolverError
 from ribbonfem.scene import Scene, SceneError
 
-from .problem import Frames, Loading, Statics
+from .loading import Loading
+from .problem import Frames, Statics
 from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
@@ -126,7 +127,7 @@ def unbroken(problem: Statics, limit: float, steps: Steps) -> Iterator[Segment[F
             break
     else:
         return
-    # beyond dL/L = 0.905 the planar U is unstable sideways, and the curve turns to negative shears;
+    # beyond dL/L = 0.905 the planar U is unstable out of its plane, and the curve turns to negative shears;
     # its mirror image goes on where US is looked for
     back = first_point(problem, sheared_back(segment.end.state), -segment.end.parameter, 1.0)
     yield from trace(problem, back, (-limit, limit), steps, unstable=8)

@@ -1,4 +1,4 @@
-"""The equations of states that are their own image under a symmetry of the clamps at alpha = 0.
+"""Equilibrium equations restricted to states with a symmetry of the clamps at alpha = 0.
 
 Where such a state forks the tangent is singular, but only for increments that break the symmetry: without
 these its curve is smooth, and its states are found at a fork as well as elsewhere.

@@ -1,1 +1,1 @@
-"""Linear algebra of the hot loops: banded matrices, operations on arrays."""
+"""Compiled linear algebra: symmetric banded matrices with a border, array operations."""

@@ -1,4 +1,4 @@
-"""Copies and sums of arrays: a slice assignment may allocate, in case the two overlap."""
+"""Copies and sums of arrays in compiled code that allocate nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Symmetric banded factorisation with a dense border, and its inertia.
+"""L D L^T of symmetric banded matrices with a few dense rows: factors, solutions, inertia.
 
 The tangents of all models are symmetric: a band, and a few dense rows of global constraints.
 L D L^T without pivoting keeps the band and gives the inertia for nothing (Sylvester); a small

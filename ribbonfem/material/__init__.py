@@ -1,4 +1,4 @@
-"""The constitutive law of elements: strain and strain rate to moment and tangent, natural shape.
+"""The material law of the elements: moment and stretch by strain, strain rate, natural shape.
 
 Every moment is stiffness x (strain - natural + retardation x strain rate), of Kelvin and Voigt, and so is
 the tension of a ribbon that stretches.  A stage of a method knows strain rates as (strain - known) / f, so

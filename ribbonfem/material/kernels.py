@@ -1,4 +1,4 @@
-"""The law, compiled: moments and stretch, for numbers of one element or of four."""
+"""The material law of the elements, compiled: moments and stretch, for one element or for four."""
 
 from __future__ import annotations
 

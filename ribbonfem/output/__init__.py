@@ -1,1 +1,1 @@
-"""What becomes of a result: plots, tables, films, surfaces, VTU, pages; imported when it is called."""
+"""Output of results: plots, tables, films, surfaces, VTU, HTML pages; each imported when it is called."""

@@ -1,4 +1,4 @@
-"""What of a curve of equilibria is drawn."""
+"""The data of a curve of equilibria that plots draw: control, height, stability, folds."""
 
 from __future__ import annotations
 

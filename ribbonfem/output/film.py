@@ -1,4 +1,4 @@
-"""Films and stills of a ribbon in motion: its surface, in perspective and from above, beside z of alpha."""
+"""Films and stills of a ribbon in motion (GIF, MP4), beside its curve of z over alpha."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ribbonfem import Branch, History
 from ribbonfem.output.files import whole
-from ribbonfem.results import told
+from ribbonfem.results import control_text
 
 from .curve import Curve
 from .perspective import fit
@@ -34,8 +34,10 @@ class _Stage:
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
-        turning = history.scene.turning
-        self.told = (lambda a: f"α = {a:.3f} rad") if turning else (lambda c: told(history.scene, c, ".3f"))
+        turning = history.scene.clamps_turn
+        self.control_text = (
+            (lambda a: f"α = {a:.3f} rad") if turning else (lambda c: control_text(history.scene, c, ".3f"))
+        )
         self.moves = isinstance(history, History)
         self.figure = blank(9.0, 4.5, dpi=100, layout=_as_placed())
         self.view = self.figure.add_axes((0.0, 0.32, 0.58, 0.68), projection="3d")
@@ -91,7 +93,7 @@ class _Stage:
         self.mark.set_data([angle], [height])
         name = state_name(height, float(self.strip.slope[frame]))
         when = f"t = {self.strip.time[frame]:.3g} s, " if self.moves else ""
-        self.title.set_text(f"{when}{self.told(angle)}: {name}")
+        self.title.set_text(f"{when}{self.control_text(angle)}: {name}")
 
 
 def _writer(path: Path) -> Any:

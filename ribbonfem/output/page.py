@@ -1,4 +1,4 @@
-"""An interactive view of a motion: one HTML page that needs nothing else, the ribbon beside its curve."""
+"""An interactive view of a motion as one HTML page that needs no network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a ribbon is seen in perspective: one scale along all axes, and all of it inside."""
+"""Limits and scale of 3D axes: one scale along all three, and the whole ribbon inside."""
 
 from __future__ import annotations
 

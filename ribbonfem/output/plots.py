@@ -1,4 +1,4 @@
-"""What `plot()` of a result draws, and tables for notebooks: into axes that are given, or new ones."""
+"""The `plot()` of each result: motion, curve of equilibria, state at rest, convergence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes in TOML files: the fields of `Scene`, and a table of those of `Ribbon`.
+"""Scenes read from TOML files: the fields of `Scene`, and tables of those of `Ribbon` and `Schedule`.
 
     compression = 0.40
     shear = 0.37

@@ -1,4 +1,4 @@
-"""Drawing habits shared by all figures: one look, stable solid and unstable dashed.
+"""The style of all figures: fonts, sizes, colours, stable curves solid and unstable ones dashed.
 
 Reports are drawn on figures that no window and no backend knows of; what a user plots is a figure of
 pyplot, on the user's own backend.  Settings of matplotlib hold while something is drawn, and no longer.
@@ -139,6 +139,6 @@ def draw_curve(
 
 def control_label(scene: Scene | None) -> str:
     """The label of an axis of the control."""
-    if scene is None or scene.turning:
+    if scene is None or scene.clamps_turn:
         return r"$\alpha$ (rad)"
     return f"{scene.drive if isinstance(scene.drive, str) else 'control'} ({scene.drives.unit or '1'})"

@@ -1,4 +1,4 @@
-"""The ribbon as a surface of its true width: the strip along its centreline, at instants of a motion."""
+"""The ribbon as a surface of its true width along its centreline, frame by frame, for films and VTU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results as tables of other programs: `pandas.DataFrame` and `xarray.Dataset`, with their units."""
+"""Results exported to `pandas.DataFrame` and `xarray.Dataset`, with units."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
 
 def _control(result: Any) -> str:
     """The column of the control: "angle" where clamps turn."""
-    return "angle" if result.scene is None or result.scene.turning else "control"
+    return "angle" if result.scene is None or result.scene.clamps_turn else "control"
 
 
 def _unit(name: str, result: Any) -> str:

@@ -1,4 +1,4 @@
-"""Frames of a motion for ParaView and the like: one VTU an instant, and a PVD that lists them in time."""
+"""Frames of a motion exported for ParaView: one VTU file an instant, and a PVD that lists them in time."""
 
 from __future__ import annotations
 

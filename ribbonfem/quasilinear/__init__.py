@@ -1,6 +1,6 @@
-"""The quasi-linear beam: small slopes, end-shortening as a global constraint."""
+"""The quasi-linear beam by finite elements: small slopes, end-shortening as a global constraint."""
 
-from ribbonfem.names import public
+from ribbonfem.public_names import public
 
 from .functions import (
     ClosedFormBranch,
@@ -8,14 +8,13 @@ from .functions import (
     closed_form_branch,
     closed_form_fold,
     equilibria,
-    escape,
     folds,
     frequencies,
     instabilities,
     normal_forms,
-    simulate,
 )
 from .info import MODEL_INFO
+from .motion import escape, simulate
 
 __all__ = [
     "MODEL_INFO",

@@ -1,4 +1,4 @@
-"""What the quasi-linear beam declares of itself."""
+"""Facts that the quasi-linear beam declares for `compare`: option of the mesh, orders, methods, unknowns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The matrices of the quasi-linear beam on a mesh, its modes, and tables that make shapes of dofs."""
+"""Mesh of the quasi-linear beam: its matrices (stiffness, geometric stiffness, mass), modes, shape tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quasi-linear beam (paper, section 4.2): small slopes, end-shortening as a global constraint.
+"""Equilibrium equations of the quasi-linear beam, for continuation: small slopes (paper, section 4.2).
 
 In the rescaled height Z = z/L (dL/L)^(-1/2) the equilibria solve
 

@@ -1,4 +1,4 @@
-"""Where a motion or a curve of the quasi-linear beam begins: what leads to the start, or another motion."""
+"""Start states of the quasi-linear beam: the loading that leads to a scene's start; a motion's end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ribbonfem.continuation.loading import brought_on
 from ribbonfem.results import Array
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.initial import begun_again, require_fit, require_history
+from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .problem import Statics, _State
 

@@ -1,1 +1,1 @@
-"""Time stepping of the planar beams."""
+"""Time integration of the finite elements: methods, step control, the common time loop."""

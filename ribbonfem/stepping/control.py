@@ -1,4 +1,4 @@
-"""How the steps of all that moves by finite elements are controlled, and why a run may have ended early.
+"""Step control of the finite elements: fixed step or tolerance, limits of a step, why a run ended early.
 
 Time is counted in the ribbon's inertial time t*, damping in 1/t*.
 """
@@ -121,9 +121,9 @@ def ramp_of(
 def problem_of(status: int, scene: Scene, control: Control) -> str:
     """Why the time loop ended before its end."""
     if status == kernels.STUCK:
-        asked = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
+        steps = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
         least = SMALLEST_STEP * scene.ribbon.inertial_time
-        return f"{control.method.name} {asked} found no next state by any step down to {least:.1e} s"
+        return f"{control.method.name} {steps} found no next state by any step down to {least:.1e} s"
     if status == kernels.CREPT:
         return (
             f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and "

@@ -1,4 +1,4 @@
-"""The one-step methods of all that moves by finite elements, as data for the time loop."""
+"""Time integration methods of the finite elements as data: Newmark, generalised-alpha, Runge-Kutta."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def discrete_gradient() -> Method:
     """The midpoint rule with the mean of the forces along the step, which balances the energy at any step.
 
     Average vector field, G. R. W. Quispel & D. I. McLaren, J. Phys. A 41 (2008) 045206.  Its error is
-    estimated by means of velocities (`kirchhoff.kernels.conserving`): accelerations ring from step to step.
+    estimated by means of velocities (`average_vector_field` of the models): accelerations ring.
     """
     return Method("discrete-gradient", 2, (0.0, 0.5), (0.0, 1.0), mean=True)
 

@@ -1,4 +1,4 @@
-"""A motion of a beam, as the time loop hands it back, and as the `History` that it becomes."""
+"""The output of the time loop of a planar beam, and how it becomes a `History` in a user's units."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ribbonfem.frozen import freeze
-from ribbonfem.results import Array, History, RestState, SolverError, told
+from ribbonfem.results import Array, History, RestState, SolverError, control_text
 from ribbonfem.rows import Rows, reactions_in, shapes_of
 from ribbonfem.scene import Scene
 
@@ -82,6 +82,6 @@ class Motion:
             reactions=reactions,
         )
         if self.problem:
-            where = f"t = {history.time[-1]:.6g} s, {told(scene, history.control[-1])}"
+            where = f"t = {history.time[-1]:.6g} s, {control_text(scene, history.control[-1])}"
             raise SolverError(f"{model}: stopped at {where}: {self.problem}", history)
         return history

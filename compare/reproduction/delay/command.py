@@ -1,4 +1,4 @@
-"""How late does it snap?  Delays measured in every model, against theory without a free parameter."""
+"""The command `delay`: delays of snaps measured in every model, against theory with no parameter fitted."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _exponents(result: Delays) -> Iterator[tuple[str, float, tuple[float, float,
             yield name, damping, fitted, slow, theory, ratio_limit(mine)
 
 
-def words(result: Delays) -> list[str]:
+def summary(result: Delays) -> list[str]:
     """The theory, its one number of each system, and how to judge it."""
     return [
         "At a fold every model has the normal form A'' + nu A' = c (alpha - alpha_c) + a2 A^2. Its "
@@ -152,10 +152,10 @@ def tables(result: Delays) -> list[Table]:
         ),
         Table(
             "T0: by how much the snap precedes the end of the fold's normal form",
-            ["system", "nu (1/s)", "T0 (s)", "doubt (s)"],
+            ["system", "nu (1/s)", "T0 (s)", "uncertainty (s)"],
             [[e.system, e.damping, e.lead.time, e.lead.error] for e in result.escapes],
             ["s", "g", ".5f", ".0e"],
-            "Of one escape from the fold, the clamp held. doubt: of its extrapolation to no push.",
+            "Of one escape from the fold, the clamp held. Uncertainty: of its extrapolation to no push.",
         ),
     ]
 
@@ -203,7 +203,7 @@ COMMAND = Command(
     title="The delay of the snap, and theory without a free parameter",
     takes="some 15 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

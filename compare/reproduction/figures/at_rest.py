@@ -1,4 +1,4 @@
-"""What the figures of the ribbon at rest are drawn from: Figs. 2 to 5, 15 and 16, and checks beside them."""
+"""Computations behind the figures of the ribbon at rest: Figs. 2 to 5, 15 and 16, with checks."""
 
 from __future__ import annotations
 

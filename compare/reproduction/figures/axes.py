@@ -1,4 +1,4 @@
-"""A figure as data: panels of series, from which it is drawn and its table is written."""
+"""A figure as data (axes, lines, symbols), from which its picture is drawn and its CSV table written."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Plate:
+class FigureData:
     """A figure.
 
     Attributes
@@ -177,20 +177,20 @@ def _fill(axes: Any, panel: Panel) -> None:
         axes.legend(fontsize=6.5, loc=panel.legend)
 
 
-def draw(plate: Plate) -> Any:
-    """The figure of a plate."""
-    rows = -(-len(plate.panels) // plate.columns)
-    fig = blank(plate.width * plate.columns, plate.height * rows)
-    for number, panel in enumerate(plate.panels, 1):
+def draw(data: FigureData) -> Any:
+    """Draw a figure."""
+    rows = -(-len(data.panels) // data.columns)
+    fig = blank(data.width * data.columns, data.height * rows)
+    for number, panel in enumerate(data.panels, 1):
         if not panel.series:
             continue
         spatial = any(series.look == "surface" for series in panel.series)
-        axes = fig.add_subplot(rows, plate.columns, number, projection="3d" if spatial else None)
+        axes = fig.add_subplot(rows, data.columns, number, projection="3d" if spatial else None)
         _fill(axes, panel)
-    if plate.legend:
+    if data.legend:
         from matplotlib.lines import Line2D
 
-        handles = [Line2D([], [], **_key(series)) for series in plate.legend]
+        handles = [Line2D([], [], **_key(series)) for series in data.legend]
         fig.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), fontsize=7.5)
     return fig
 
@@ -206,9 +206,9 @@ def _key(series: Series) -> dict[str, Any]:
     return {**style, "label": series.name}
 
 
-def rows(plate: Plate) -> Iterator[tuple[str, str, str, str, str, str, str]]:
+def rows(data: FigureData) -> Iterator[tuple[str, str, str, str, str, str, str]]:
     """What is written beside a figure: panel, names of the axes, series, x, y, and z where there is one."""
-    for panel in plate.panels:
+    for panel in data.panels:
         for series in panel.series:
             for k in range(len(series.x)):
                 values = [series.x[k], series.y[k], math.nan if series.z is None else series.z[k]]
@@ -216,10 +216,10 @@ def rows(plate: Plate) -> Iterator[tuple[str, str, str, str, str, str, str]]:
                 yield panel.title, panel.x, panel.y, series.name, shown[0], shown[1], shown[2]
 
 
-def to_csv(plate: Plate) -> str:
+def to_csv(data: FigureData) -> str:
     """A tidy table of everything that is drawn; an empty x and y is a gap in a line."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["panel", "x_axis", "y_axis", "series", "x", "y", "z"])
-    writer.writerows(rows(plate))
+    writer.writerows(rows(data))
     return stream.getvalue()

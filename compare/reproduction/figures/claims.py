@@ -1,4 +1,4 @@
-"""All claims of the paper that are judged, and where it leaves a choice or contradicts itself."""
+"""The list of all claims of the paper that are judged, and of its contradictions."""
 
 from __future__ import annotations
 

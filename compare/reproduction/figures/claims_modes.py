@@ -1,4 +1,4 @@
-"""The paper's claims of skipping and selection (Figs. 10 to 14), judged."""
+"""The paper's claims of skipping and selection (Figs. 10 to 14), each with its test and verdict."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ def _said(verdict: CaseVerdict) -> str:
     )
 
 
-def _doubt(verdicts: Sequence[CaseVerdict]) -> str:
-    """The largest doubt of the snaps told, and the distance of the models."""
-    doubts, apart = [], []
+def _uncertainty(verdicts: Sequence[CaseVerdict]) -> str:
+    """The largest uncertainty of the snaps, and the distance of the models."""
+    uncertainties, apart = [], []
     for verdict in verdicts:
         for which, rods in ((0, verdict.first), (1, verdict.second)):
             snap, elements = _shown(verdict, which), verdict.elements[which]
             if snap is not None:
-                doubts.append(snap[1])
+                uncertainties.append(snap[1])
             if rods is not None and elements is not None:
                 apart.append(abs(rods[0] - elements[0]))
-    parts = [f"snaps to {max(doubts):.0e} rad"] if doubts else []
+    parts = [f"snaps to {max(uncertainties):.0e} rad"] if uncertainties else []
     return ", ".join(parts + ([f"rods and elements within {max(apart):.0e}"] if apart else []))
 
 
@@ -55,9 +55,9 @@ def _named(settled: Settled, kind: str, compression: float, damping: float, corr
     loose = [v for v in mine if v.outcome == "sensitive"]
     number = "; ".join(map(_said, mine))
     if any(v.outcome not in ("sensitive", v.case.paper) for v in mine):
-        return Verdict(NO, number, _doubt(mine), correction)
+        return Verdict(NO, number, _uncertainty(mine), correction)
     if not loose:
-        return judged(bool(mine), number, _doubt(mine), correction)
+        return judged(bool(mine), number, _uncertainty(mine), correction)
     parts = []
     for verdict in loose:
         euler = [run for run in verdict.runs if run.options.startswith("implicit Euler")]
@@ -66,7 +66,9 @@ def _named(settled: Settled, kind: str, compression: float, damping: float, corr
         if euler:
             said += f"; {euler[0].options} ends as {euler[0].outcome}, its own damping taking the energy"
         parts.append(said)
-    return Verdict(OPEN, number, _doubt(mine), "; ".join([*parts, *([correction] if correction else [])]))
+    return Verdict(
+        OPEN, number, _uncertainty(mine), "; ".join([*parts, *([correction] if correction else [])])
+    )
 
 
 def _barrier(bounds: tuple[Bound, ...]) -> Verdict:
@@ -98,7 +100,7 @@ def _share(diagram: Diagram, name: str) -> float:
     return float(np.nanmean(diagram.shares[..., diagram.outcomes.index(name)]))
 
 
-def _doubt_of(diagrams: Sequence[Diagram]) -> str:
+def _uncertainty_of(diagrams: Sequence[Diagram]) -> str:
     cells = sum(d.outcome.size for d in diagrams)
     runs = sum(int(d.runs.sum()) for d in diagrams)
     return f"{cells} cells of {runs} runs"
@@ -121,7 +123,7 @@ def _regions(skipping: Diagrams) -> Verdict:
         all(counts.values()),
         ", ".join(f"{name} in {count} cells" for name, count in counts.items())
         + f"; cut by a line {cut}, mixed {mixed}",
-        _doubt_of(diagrams),
+        _uncertainty_of(diagrams),
         correction,
     )
 
@@ -135,7 +137,7 @@ def _type_1(skipping: Diagrams) -> Verdict:
         shares[-1] > first,
         "share of type 1: "
         + ", ".join(f"{s:.1%} at {d.scene.compression:.2f}" for s, d in zip(shares, diagrams, strict=True)),
-        _doubt_of(diagrams),
+        _uncertainty_of(diagrams),
         correction,
     )
 
@@ -149,7 +151,7 @@ def _type_2(skipping: Diagrams) -> Verdict:
         min(f - s for f, s in zip(fast, slow, strict=True)) > 0.1 and max(slow) < 0.05,
         f"share of type 2 at the slowest rate at most {max(slow):.0%}, at the fastest {min(fast):.0%} to "
         f"{max(fast):.0%}",
-        _doubt_of(diagrams),
+        _uncertainty_of(diagrams),
     )
 
 
@@ -173,7 +175,7 @@ def _sensitive(selection: Diagrams) -> Verdict:
         ratio_a > ratio_b and ratio_b < 1.0,
         f"standard deviation of the share of U-S+ over rates and over dampings: {rate_a:.2f} and "
         f"{damping_a:.2f} at 0.40, {rate_b:.2f} and {damping_b:.2f} at 0.35",
-        _doubt_of([one, two]),
+        _uncertainty_of([one, two]),
         correction,
     )
 
@@ -191,7 +193,7 @@ def _line(selection: Diagrams) -> Verdict:
         right,
         "; ".join(f"{d.scene.compression:.2f}: U-S+ in {_share(d, 'U-S+'):.1%} of the runs" for d in diagrams)
         + f"; {mixed} mixed cells",
-        _doubt_of(diagrams),
+        _uncertainty_of(diagrams),
         correction,
     )
 

@@ -1,4 +1,4 @@
-"""The paper's claims of delayed snaps (Figs. 6 to 9), judged."""
+"""The paper's claims of delayed snaps (Figs. 6 to 9), each with its test and verdict."""
 
 from __future__ import annotations
 
@@ -104,11 +104,11 @@ def _times(delays: Delays) -> Verdict:
         "section 6.1 says -1/5 of the overdamped and -1/3 of the underdamped case: it is the other way "
         "round, as section 4.4 has it"
     )
-    doubt = max(abs(under + 0.2), abs(over + 1.0 / 3.0))
+    uncertainty = max(abs(under + 0.2), abs(over + 1.0 / 3.0))
     return judged(
         right,
         f"underdamped {under:.3f}, overdamped {over:.3f}, at the slowest rates",
-        f"within {doubt:.3f} of the limits",
+        f"within {uncertainty:.3f} of the limits",
         correction,
     )
 

@@ -1,4 +1,4 @@
-"""The paper's claims of the ribbon at rest, judged."""
+"""The paper's claims of the ribbon at rest, each with its test and verdict."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _drawn(planar: Planar) -> tuple[tuple[float, float, float], list[PlanarFold]
     return planar.closed, [fold for fold in planar.folds if fold.compression in DRAWN]
 
 
-def _doubt(folds: list[PlanarFold]) -> str:
+def _uncertainty(folds: list[PlanarFold]) -> str:
     """How far rods and elements with EA are apart in mu."""
     return f"rods and elements agree to {max(abs(f.rods[1] - f.stretched[1]) for f in folds):.0e} in mu"
 
@@ -69,7 +69,10 @@ def _collapse(planar: Planar) -> Verdict:
         else (f"the angles of the folds collapse, the heights do not: Z is up to {100 * height:.0f} % off")
     )
     return judged(
-        mu < 0.01, f"mu within {100 * mu:.2f} %, Z within {100 * height:.1f} %", _doubt(folds), correction
+        mu < 0.01,
+        f"mu within {100 * mu:.2f} %, Z within {100 * height:.1f} %",
+        _uncertainty(folds),
+        correction,
     )
 
 
@@ -94,7 +97,7 @@ def _small_slopes(planar: Planar) -> Verdict:
     said = ", ".join(
         f"{percent(value)} at {fold.compression:g}" for value, fold in zip(off[:, 1], folds, strict=True)
     )
-    return judged(falling[0] and falling[2] and tends, f"mu: {said}", _doubt(folds), correction)
+    return judged(falling[0] and falling[2] and tends, f"mu: {said}", _uncertainty(folds), correction)
 
 
 def _off_limit(swept: Swept) -> list[float]:
@@ -108,11 +111,11 @@ def _count(ribbons: Ribbons, path: str, count: int, correction: str) -> Verdict:
     its: Swept = getattr(ribbons, path)
     text = ", ".join(f"{fold.angle:.7f}" for fold in its.plain)
     off = _off_limit(its)
-    doubt = f"off by {off[0]:+.0e}" if count == 1 else f"within {max(map(abs, off)):.0e}"
+    uncertainty = f"off by {off[0]:+.0e}" if count == 1 else f"within {max(map(abs, off)):.0e}"
     return judged(
         len(its.plain) == len(its.fine) == count,
         f"{len(its.plain)} fold{'' if count == 1 else 's'}, at {text} rad",
-        f"rods' limit {doubt} rad (with EA)",
+        f"rods' limit {uncertainty} rad (with EA)",
         correction,
     )
 

@@ -1,4 +1,4 @@
-"""Every figure of the paper that numbers make, drawn from both models, and the paper's claims one by one."""
+"""The command `figures`: the paper's figures drawn from both models, and its claims judged one by one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ribbonfem.options import whole_number, within
 from . import at_rest, in_motion
 from . import figures_motion as motion
 from . import figures_rest as rest
-from .axes import Plate, draw, to_csv
+from .axes import FigureData, draw, to_csv
 from .claims import CHOICES, CLAIMS, GROUPS
 from .result import Figures, of_parts
 from .verdict import CORRECTED, NO, NOT_ASKED, OPEN, YES, Claim, Verdict
@@ -51,7 +51,7 @@ def main(
     --dampings, --decades: of Figs. 7 to 9. --phase-step: grid of the rods in Fig. 16.
     """
     sweep = sweep or Sweep()
-    asked = _chosen(only)
+    chosen = _chosen(only)
     whole_number("cells", cells, 2, 100)
     whole_number("samples", samples, 1, MOST_SAMPLES)
     within("phase_step", phase_step, 0.01, 0.5)
@@ -59,9 +59,9 @@ def main(
     systems = [
         name
         for name, figure in (("planar", "fig6"), ("Path 1", "fig8"), ("Path 2", "fig9"))
-        if figure in asked
+        if figure in chosen
     ]
-    scaled = [figure for figure in in_motion.SCALED if figure in asked]
+    scaled = [figure for figure in in_motion.SCALED if figure in chosen]
     kinds = [
         kind
         for figure, group in (
@@ -69,24 +69,24 @@ def main(
             ("fig12", (("selection", 0.40),)),
             ("fig13", (("selection", 0.35),)),
         )
-        if figure in asked
+        if figure in chosen
         for kind in group
     ]
     return Figures(
-        asked=asked,
-        snapshots=at_rest.snapshots(sweep) if "fig2" in asked else (),
-        planar=at_rest.planar(sweep) if "fig3" in asked else None,
-        ribbons=at_rest.ribbons(sweep) if "fig4" in asked else None,
-        swept=at_rest.swept(sweep) if "fig5" in asked else None,
+        chosen=chosen,
+        snapshots=at_rest.snapshots(sweep) if "fig2" in chosen else (),
+        planar=at_rest.planar(sweep) if "fig3" in chosen else None,
+        ribbons=at_rest.ribbons(sweep) if "fig4" in chosen else None,
+        swept=at_rest.swept(sweep) if "fig5" in chosen else None,
         moved={system: in_motion.moved(system, sweep) for system in systems} or None,
         delays=in_motion.scaled(scaled, tuple(dampings), decades, sweep) if scaled else None,
-        width=in_motion.width_matters(1.0) if "fig8" in asked else None,
+        width=in_motion.width_matters(1.0) if "fig8" in chosen else None,
         settled=in_motion.settled(kinds, sweep) if kinds else None,
-        bounds=tuple(in_motion.bound_of(value) for value in (0.40, 0.35)) if "fig10" in asked else (),
-        skipping=in_motion.mapped("skipping", cells, model, samples, sweep) if "fig11" in asked else None,
-        selection=in_motion.mapped("selection", cells, model, samples, sweep) if "fig14" in asked else None,
-        states=at_rest.states() if "fig15" in asked else None,
-        phases=at_rest.phases(sweep, phase_step) if "fig16" in asked else None,
+        bounds=tuple(in_motion.bound_of(value) for value in (0.40, 0.35)) if "fig10" in chosen else (),
+        skipping=in_motion.mapped("skipping", cells, model, samples, sweep) if "fig11" in chosen else None,
+        selection=in_motion.mapped("selection", cells, model, samples, sweep) if "fig14" in chosen else None,
+        states=at_rest.states() if "fig15" in chosen else None,
+        phases=at_rest.phases(sweep, phase_step) if "fig16" in chosen else None,
     )
 
 
@@ -108,9 +108,9 @@ _DRAWN: dict[str, tuple[Any, ...]] = {
 }
 
 
-def plates(result: Figures) -> Iterator[Plate]:
+def all_figures(result: Figures) -> Iterator[FigureData]:
     """The figures that were asked for, in order."""
-    for name in result.asked:
+    for name in result.chosen:
         function, *more = _DRAWN[name]
         yield of_parts(function, result, *more)
 
@@ -121,18 +121,18 @@ def judgements(result: Figures) -> list[tuple[Claim, Verdict]]:
     return [(claim, claim.of(result)) for claim in claims]
 
 
-def words(result: Figures) -> list[str]:
+def summary(result: Figures) -> list[str]:
     """How the claims fare, and how to read figures and verdicts."""
     verdicts = [verdict.verdict for _, verdict in judgements(result)]
-    asked = len(verdicts) - verdicts.count(NOT_ASKED)
+    judged = len(verdicts) - verdicts.count(NOT_ASKED)
     counts = ", ".join(f"{verdicts.count(name)} {name}" for name in (YES, CORRECTED, OPEN, NO))
     left = (
         ""
-        if asked == len(verdicts)
-        else f" {len(verdicts) - asked} were not asked: their figures were left out."
+        if judged == len(verdicts)
+        else f" {len(verdicts) - judged} were not asked: their figures were left out."
     )
     return [
-        f"Of {asked} claims of the paper {counts}.{left} Each verdict is computed from the numbers of its "
+        f"Of {judged} claims of the paper {counts}.{left} Each verdict is computed from the numbers of its "
         "figure; the command beside it makes them.",
         "Confirmed with a correction: the statement holds, and something that the paper says with it does "
         "not. Not determined: refinement does not settle it, or nothing here was asked of it.",
@@ -144,7 +144,7 @@ def words(result: Figures) -> list[str]:
 
 def tables(result: Figures) -> list[Table]:
     """Claims one by one, and where the paper contradicts itself."""
-    told = [(claim, verdict) for claim, verdict in judgements(result) if verdict.verdict != NOT_ASKED]
+    judged = [(claim, verdict) for claim, verdict in judgements(result) if verdict.verdict != NOT_ASKED]
     made = [
         Table(
             f"The paper's claims, one by one: {name}",
@@ -152,7 +152,7 @@ def tables(result: Figures) -> list[Table]:
             [
                 [claim.says, claim.where, verdict.verdict, verdict.number, verdict.error, verdict.correction]
                 + [claim.command]
-                for claim, verdict in told
+                for claim, verdict in judged
                 if claim in group
             ],
             ["s"] * 7,
@@ -172,21 +172,21 @@ def tables(result: Figures) -> list[Table]:
 
 def drawings(result: Figures) -> Iterator[Drawing]:
     """A picture of each figure, a PDF beside it."""
-    for plate in plates(result):
-        yield Drawing(f"figures/{plate.name}.png", plate.caption, draw(plate), vector=True)
+    for data in all_figures(result):
+        yield Drawing(f"figures/{data.name}.png", data.caption, draw(data), vector=True)
 
 
 def files(result: Figures) -> dict[str, str]:
     """The data beside each figure."""
-    return {f"figures/{plate.name}.csv": to_csv(plate) for plate in plates(result)}
+    return {f"figures/{data.name}.csv": to_csv(data) for data in all_figures(result)}
 
 
 def values(result: Figures) -> dict[str, Any]:
     """The numbers for programs."""
     return {
         "figures": [
-            {"name": plate.name, "caption": plate.caption, "data": f"figures/{plate.name}.csv"}
-            for plate in plates(result)
+            {"name": data.name, "caption": data.caption, "data": f"figures/{data.name}.csv"}
+            for data in all_figures(result)
         ],
         "claims": [
             {"says": claim.says, "where": claim.where, "figure": claim.figure, "command": claim.command}
@@ -201,7 +201,7 @@ COMMAND = Command(
     title="The paper's figures and claims",
     takes="some 15 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

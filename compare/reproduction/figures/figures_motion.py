@@ -1,4 +1,4 @@
-"""Figs. 6 to 14 as panels of series: the ribbon in motion."""
+"""Layout of the figures of the ribbon in motion, Figs. 6 to 14: which lines are in which axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from compare.reproduction.delays import Delays, universal_curve
 from ribbonfem.output.curve import Curve
 from ribbonfem.results import Array
 
-from .axes import Panel, Plate, Series, equilibria
+from .axes import FigureData, Panel, Series, equilibria
 from .figures_rest import ANGLE, HEIGHT, TONES
 from .in_motion import OVERDAMPED, SCALED, UNDERDAMPED, Motion, Moved, Settled
 
@@ -99,7 +99,7 @@ def _end(motion: Motion, against: str) -> tuple[float, float]:
     return -1.0 * late / motion.rate, 2.0 * late / motion.rate
 
 
-def ramps(moved: dict[str, Moved]) -> Plate:
+def ramps(moved: dict[str, Moved]) -> FigureData:
     """Fig. 6: a planar beam's snaps against angle and time."""
     panels = [
         _ramps(moved["planar"], letter, damping, against)
@@ -110,7 +110,7 @@ def ramps(moved: dict[str, Moved]) -> Plate:
             ("D", UNDERDAMPED, "time"),
         )
     ]
-    return Plate(
+    return FigureData(
         "fig6",
         "The planar beam's snap at dL/L = 0.40 (paper, Fig. 6), against the clamp angle and against the "
         "time after the ramp has passed the fold's angle. The snap comes after the fold; overdamped it is "
@@ -201,9 +201,9 @@ def _slopes(result: Delays, name: str, least: float) -> list[Series]:
     return made
 
 
-def scaling(delays: Delays) -> Plate:
+def scaling(delays: Delays) -> FigureData:
     """Fig. 7: the planar beam's delays."""
-    return Plate(
+    return FigureData(
         "fig7",
         "Delays of the planar beam at dL/L = 0.40 (paper, Fig. 7): of the angle, of the time, and rescaled "
         "by c a2, which statics give (predicted: theory without a free parameter). Lines through the "
@@ -216,11 +216,11 @@ def scaling(delays: Delays) -> Plate:
     )
 
 
-def ribbon(moved: dict[str, Moved], delays: Delays, path: str, figure: str) -> Plate:
+def ribbon(moved: dict[str, Moved], delays: Delays, path: str, figure: str) -> FigureData:
     """Figs. 8 and 9: a path's snaps and delays."""
     number, result = figure.removeprefix("fig"), moved[path]
     panels = [_ramps(result, "A", OVERDAMPED, "angle"), _ramps(result, "B", UNDERDAMPED, "angle")]
-    return Plate(
+    return FigureData(
         figure,
         f"The ribbon at (dL, dW) = (0.40, 0.37) L, {_TITLES[path]} (paper, Fig. {number}): (A, B) height "
         "at midspan against the clamp angle, (C) angle delay, (D) time delay rescaled by c a2, which "
@@ -274,7 +274,7 @@ def _named(result: Settled, chosen: Sequence[CaseVerdict], letter: str, against:
     return Panel(f"({letter}) {where}", axis, words, tuple(series), (limits, heights), legend=place)
 
 
-def named(settled: Settled, figure: str) -> Plate:
+def named(settled: Settled, figure: str) -> FigureData:
     """Figs. 10, 12 and 13: the named runs."""
     kind, compressions = {
         "fig10": ("skipping", (0.40, 0.35)), "fig12": ("selection", (0.40,)), "fig13": ("selection", (0.35,)),
@@ -300,7 +300,7 @@ def named(settled: Settled, figure: str) -> Plate:
         if figure != "fig12"
         else " The paper's fast rate is 100 rad/s in its text and 1 in its caption: both."
     )
-    return Plate(
+    return FigureData(
         figure,
         f"{what} at dW/L = 0.40 (paper, Fig. {number}). Lines: finite elements, circles: rods, the finest "
         "of each; the outcome of all refinements of both stands beside the rate; sensitive: they differ. "
@@ -340,7 +340,7 @@ def _map(diagram: Diagram, letter: str, cases: Sequence[Named]) -> Panel:
     return Panel(title, RATE, r"damping $\nu$ (1/s)", tuple(series), diagram=diagram, named=tuple(cases))
 
 
-def maps(result: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
+def maps(result: Diagrams, figure: str, cases: dict[float, Any]) -> FigureData:
     """Figs. 11 and 14: what ramps do over rate and damping."""
     panels = tuple(
         _map(diagram, letter, cases.get(diagram.scene.compression, ()))
@@ -363,7 +363,7 @@ def maps(result: Diagrams, figure: str, cases: dict[float, Any]) -> Plate:
     what = (
         "which shape a ramp skips" if figure == "fig11" else "in which shape a ramp that stops comes to rest"
     )
-    return Plate(
+    return FigureData(
         figure,
         f"Over rate and damping, {what}, at dW/L = 0.40 (paper, Fig. {figure.removeprefix('fig')}). A cell "
         "is an area with the shares of its runs, as a mixture of colours; in mixed cells (open circles) no "

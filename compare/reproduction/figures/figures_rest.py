@@ -1,4 +1,4 @@
-"""Figs. 2 to 5, 15 and 16 as panels of series: the ribbon at rest."""
+"""Layout of the figures of the ribbon at rest, Figs. 2 to 5, 15 and 16: which lines are in which axes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from compare.reproduction.sheared import PHASES, chord_limit
 from ribbonfem.results import Array
 
 from .at_rest import Phases, Planar, Ribbons, Snapshot, States
-from .axes import Panel, Plate, Series, equilibria, joined
+from .axes import FigureData, Panel, Series, equilibria, joined
 
 ROD = "#d1495b"
 GREY = "0.62"
@@ -36,7 +36,7 @@ def _dots(name: str, points: Sequence[tuple[float, float]], colour: str = "black
     return Series(name, x, y, "dots", colour, label=label)
 
 
-def snapshots(snapshots: Sequence[Snapshot]) -> Plate:
+def snapshots(snapshots: Sequence[Snapshot]) -> FigureData:
     """Fig. 2: the ribbon from above along both paths."""
     panels = []
     for path, letter in ((1, "A"), (2, "B")):
@@ -55,7 +55,7 @@ def snapshots(snapshots: Sequence[Snapshot]) -> Plate:
             panels.append(Panel(title, "$x/L$", "$y/L$", tuple(series), limits, equal=True))
         # the rows of the two paths do not mix
         panels += [Panel("", "", "", ())] * (-len(panels) % 5) if path == 1 else []
-    return Plate(
+    return FigureData(
         "fig2",
         "The ribbon from above (paper, Fig. 2) along (A) Path 1 and (B) Path 2, at (dL, dW) = (0.40, 0.37) "
         "L, nu = 10, 0.1 rad/s: at rest, and at the instants at which z(1/2) or the slope at midspan is 0. "
@@ -71,7 +71,7 @@ def snapshots(snapshots: Sequence[Snapshot]) -> Plate:
     )
 
 
-def planar(planar: Planar) -> Plate:
+def planar(planar: Planar) -> FigureData:
     """Fig. 3, B and C: the planar beam, raw and rescaled."""
     panels = []
     for letter, scaled in (("B", False), ("C", True)):
@@ -116,7 +116,7 @@ def planar(planar: Planar) -> Plate:
                 legend="lower left" if scaled else "upper right",
             )
         )
-    return Plate(
+    return FigureData(
         "fig3",
         "The planar beam (paper, Fig. 3 B and C): height at midspan against the clamp angle, raw and "
         "rescaled. Lines: elastica elements, stable solid, unstable dashed; circles: rods of 51 nodes; "
@@ -169,9 +169,9 @@ def _paths_panel(result: Ribbons, path: int) -> Panel:
     return Panel(title, ANGLE, HEIGHT, tuple(series), ((-1.05, 1.05), (-0.36, 0.36)), legend=legend)
 
 
-def paths(ribbons: Ribbons) -> Plate:
+def paths(ribbons: Ribbons) -> FigureData:
     """Fig. 4: both paths."""
-    return Plate(
+    return FigureData(
         "fig4",
         "The ribbon at (dL, dW) = (0.40, 0.37) L (paper, Fig. 4; its caption swaps S+ and S-). Lines: "
         "finite elements, stable solid, unstable dashed; circles: rods of 101 nodes; dots: folds; grey: "
@@ -183,7 +183,7 @@ def paths(ribbons: Ribbons) -> Plate:
     )
 
 
-def critical(swept: dict[str, tuple[Swept, ...]]) -> Plate:
+def critical(swept: dict[str, tuple[Swept, ...]]) -> FigureData:
     """Fig. 5: curves and critical angles, over compression and over shear."""
     panels = []
     for row, (name, results) in enumerate(swept.items()):
@@ -239,7 +239,7 @@ def critical(swept: dict[str, tuple[Swept, ...]]) -> Plate:
             Panel(f"({'BD'[row]}) ${other}$ = {fixed:.2f}", f"${symbol}$", r"$\alpha_c$ (rad)", tuple(lines),
                   (None, (0.0, 0.75)), legend="best")
         )  # fmt: skip
-    return Plate(
+    return FigureData(
         "fig5",
         "Curves and critical angles (paper, Fig. 5): (A, B) over the compression at dW/L = 0.37, (C, D) "
         "over the shear at dL/L = 0.40. Lines: finite elements, stable solid, unstable dashed; symbols: "
@@ -250,7 +250,7 @@ def critical(swept: dict[str, tuple[Swept, ...]]) -> Plate:
     )
 
 
-def curvatures(states: States) -> Plate:
+def curvatures(states: States) -> FigureData:
     """Fig. 15: curvatures and twist of the four states."""
     panels = []
     styles = (
@@ -276,7 +276,7 @@ def curvatures(states: States) -> Plate:
             Panel(f"({letter}) {pretty(state.name)}", "$s/L$", "curvatures and twist (1/L)", tuple(series),
                   ((0.0, 1.0), None), legend="best" if letter == "A" else "")
         )  # fmt: skip
-    return Plate(
+    return FigureData(
         "fig15",
         "Curvatures and twist of the four states at (dL, dW) = (0.40, 0.37) L (paper, Fig. 15). kappa1 is "
         "about the ribbon's normal, in its plane, and twenty times larger here; kappa2 about its width. "
@@ -310,7 +310,7 @@ def _phase_lines(result: Phases) -> list[Series]:
     return made
 
 
-def phases(phases: Phases) -> Plate:
+def phases(phases: Phases) -> FigureData:
     """Fig. 16: states against the shear, phase diagram, three shapes."""
     series: list[Series] = []
     for colour, its in zip(TONES, phases.heights, strict=False):
@@ -348,7 +348,7 @@ def phases(phases: Phases) -> Plate:
             for letter, shape in zip("CDE", phases.shapes, strict=True)
         ),
     ]  # fmt: skip
-    return Plate(
+    return FigureData(
         "fig16",
         "States at alpha = 0 (paper, Fig. 16): (A) against the shear, lines by finite elements with EA, "
         "symbols by rods; (B) which are stable, lines by finite elements, symbols by rods; beyond the "

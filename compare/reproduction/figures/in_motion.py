@@ -1,4 +1,4 @@
-"""What the figures of the ribbon in motion are drawn from: Figs. 6 to 14, and checks beside them."""
+"""Computations behind the figures of the ribbon in motion: Figs. 6 to 14, with checks."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from compare.diagrams import report as asked
-from compare.diagrams import selection_diagram, skipping_diagram
+from compare.diagrams import report, selection_diagram, skipping_diagram
 from compare.diagrams.report import Diagrams
 from compare.limits import edge_ratio, two_point
 from compare.models import MODELS, warm_up
 from compare.reproduction import cases, delays
 from compare.reproduction.cases import CaseVerdict
 from compare.reproduction.delays import BEAM, PATH_1, PATH_2, Delays
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.reproduction.paths import RISING, SMOOTH
 from compare.reproduction.rate_damping import SELECTION, SKIPPING
 from compare.sweep import Sweep
@@ -31,12 +30,12 @@ SCENES = {"planar": (BEAM, "height"), "Path 1": (PATH_1, "height"), "Path 2": (P
 OVERDAMPED, UNDERDAMPED = 1e3, 1e-3
 RATES = {OVERDAMPED: (1e-4, 1e-3, 1e-2), UNDERDAMPED: (1e-2, 1e-1, 1.0)}
 # configuration of the two models in the curves; both with EA
-POLICY: dict[str, dict[str, Any]] = {
+OPTIONS: dict[str, dict[str, Any]] = {
     "kirchhoff": {"elements": 8, "extensible": True, "tolerance": 1e-5},
     "der": {"nodes": 101, "tolerance": 1e-5},
 }
 MESH_OF = {
-    name: {key: value for key, value in options.items() if key in MESH} for name, options in POLICY.items()
+    name: {key: value for key, value in options.items() if key in MESH} for name, options in OPTIONS.items()
 }
 # the systems of the scaling figures: elements, rods
 SCALED = {
@@ -112,7 +111,7 @@ def motion_of(work: tuple[str, str, float, float]) -> Motion:
     history = model.simulate(
         replace(scene, rate=rate, damping=damping, stop=min(stop, form.angle + 1.0)),
         configurations=False,
-        **POLICY[name],
+        **OPTIONS[name],
     )
     snap = history.crossing(quantity)
     after = history.height[history.time > (np.inf if snap is None else snap[0])]
@@ -158,7 +157,7 @@ def moved(system: str, sweep: Sweep) -> Moved:
     """What panels A and B of Figs. 6, 8 and 9 are drawn from."""
     work = [
         (system, model, damping, rate)
-        for model in POLICY
+        for model in OPTIONS
         for damping, rates in RATES.items()
         for rate in rates
     ]
@@ -181,7 +180,7 @@ def width_matters(rate: float) -> tuple[float, float]:
         ribbon = Ribbon(width=width, bending_ratio=400.0, twist_ratio=1.4562)
         scene = replace(PATH_1, rate=rate, damping=1.0, stop=2.0, ribbon=ribbon)
         history = MODELS["kirchhoff"].simulate(
-            scene, configurations=False, until="snap", **POLICY["kirchhoff"]
+            scene, configurations=False, until="snap", **OPTIONS["kirchhoff"]
         )
         snap = history.crossing()
         result.append(float("nan") if snap is None else snap[1])
@@ -238,6 +237,6 @@ def mapped(
         calls = [partial(skipping_diagram, *place, *grid) for place in SKIPPING]
     else:
         calls = [partial(selection_diagram, *place, *grid) for place in SELECTION]
-    return asked.compute(
+    return report.compute(
         calls, model=model, nodes=51, paper=False, samples=samples, boundaries=True, sweep=sweep
     )

@@ -1,4 +1,4 @@
-"""What the command of the paper's figures found, enough to draw and judge everything again."""
+"""The result class of the command `figures`, enough to draw and judge everything again."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Figures:
 
     Attributes
     ----------
-    asked: names of the figures.
+    chosen: names of the figures.
     snapshots, planar, ribbons, swept: of Figs. 2, 3, 4 and 5.
     moved: of Figs. 6, 8 and 9, by system.
     delays: of Figs. 7, 8 and 9.
@@ -31,7 +31,7 @@ class Figures:
     states, phases: of Figs. 15 and 16.
     """
 
-    asked: tuple[str, ...]
+    chosen: tuple[str, ...]
     snapshots: tuple[Snapshot, ...] = ()
     planar: Planar | None = None
     ribbons: Ribbons | None = None

@@ -1,4 +1,4 @@
-"""A claim of the paper, and its verdict: classes; the claims are in `claims_*.py`."""
+"""The classes of a claim of the paper and of its verdict; the claims are in `claims_*.py`."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Claim:
 
     def of(self, result: Figures) -> Verdict:
         """The verdict of a result."""
-        if self.figure not in result.asked:
+        if self.figure not in result.chosen:
             return Verdict(NOT_ASKED, "")
         return of_parts(self.judge, result, *self.more)
 

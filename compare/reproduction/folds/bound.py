@@ -1,4 +1,4 @@
-"""The static bound on type 1 skipping over the compressions and shears of US."""
+"""The static bound on type 1 skipping as a map over compression and shear."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ribbon's folds and states at rest: 3D finite elements and discrete rods side by side (section 5)."""
+"""The command `folds`: folds and states at rest by finite elements and by rods, side by side (section 5)."""
 
 from __future__ import annotations
 
@@ -89,12 +89,12 @@ def _fold_rows(
         for k, (fold, with_ea) in enumerate(zip(plain, stretched, strict=True)):
             meshes = (rods[0][k], rods[1][k], rods[2][k])
             angles = (meshes[0].angle, meshes[1].angle, meshes[2].angle)
-            limit, doubt = limit_of(meshes, nodes)
+            limit, uncertainty = limit_of(meshes, nodes)
             order = observed_order(angles, lengths)
             off = limit.angle - with_ea.angle
             rows.append(
                 [f"{label}, fold {k + 1}", fold.angle, fold.height, with_ea.angle, *angles, order]
-                + [limit.angle, doubt, off, plain_seconds, *seconds]
+                + [limit.angle, uncertainty, off, plain_seconds, *seconds]
             )
             records.append(
                 {
@@ -108,7 +108,7 @@ def _fold_rows(
                     "order": order,
                     "limit": limit.angle,
                     "limit_height": limit.height,
-                    "limit_doubt": doubt,
+                    "limit_doubt": uncertainty,
                     "difference": off,
                     "height_difference": limit.height - with_ea.height,
                     "seconds": plain_seconds,
@@ -289,7 +289,7 @@ def main(
     )
 
 
-def words(result: Folds) -> list[str]:
+def summary(result: Folds) -> list[str]:
     """How far the models agree."""
     records = result.records["folds"]
     worst = max(records, key=lambda record: abs(record["difference"]))
@@ -301,7 +301,7 @@ def words(result: Folds) -> list[str]:
         f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
         f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
         "second table.",
-        *shear.words(result.sheared),
+        *shear.summary(result.sheared),
     ]
 
 
@@ -391,7 +391,7 @@ COMMAND = Command(
     title="The ribbon at rest: folds and states",
     takes="some 50 seconds",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

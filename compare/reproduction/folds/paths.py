@@ -1,4 +1,4 @@
-"""Curves of equilibria in the clamp angle, as figures: the two paths, and their critical angles."""
+"""Figures of the curves of equilibria over the clamp angle: the paper's two paths, and critical angles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""States of the sheared ribbon at alpha = 0, and the static bound on type 1 skipping, as figures."""
+"""Tables and figures of the states of the sheared ribbon at alpha = 0, and of the bound on skipping."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def _apart(result: Sheared) -> tuple[float, float]:
     return float(np.median(distances)), max(distances)
 
 
-def words(result: Sheared) -> list[str]:
+def summary(result: Sheared) -> list[str]:
     """How far the models agree."""
     agreeing = sum(record["kirchhoff"] == record["der"] for record in result.phases)
     middle, worst = _apart(result)

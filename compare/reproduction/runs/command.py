@@ -1,4 +1,4 @@
-"""Which shapes are skipped and which are chosen?  The paper's named cases (section 7)."""
+"""The command `cases`: which shapes the paper's named runs skip and choose (section 7), by both models."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from compare.chooser.refinement import SCATTER
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.reproduction.cases import CaseVerdict, compiled, cost, settled
-from compare.reproduction.named import CASES
+from compare.reproduction.named_runs import CASES
 from compare.sweep import Sweep
 from ribbonfem import Scene
 from ribbonfem.options import positive
@@ -115,7 +115,7 @@ def _agrees(verdict: CaseVerdict) -> str:
     return "yes" if ours == verdict.case.paper else "open" if ours == "sensitive" else "NO"
 
 
-def words(result: NamedCases) -> list[str]:
+def summary(result: NamedCases) -> list[str]:
     """How many cases end as the paper says, and what the types mean."""
     agreeing = [_agrees(verdict) for verdict in result.verdicts]
     coarse, fine = result.nodes
@@ -189,7 +189,7 @@ COMMAND = Command(
     title="Mode skipping and selection: the paper's named cases",
     takes="some 5 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

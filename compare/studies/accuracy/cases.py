@@ -1,4 +1,4 @@
-"""The scenes, models and configurations of the accuracy report, and one measurement of one of them."""
+"""Scenes and configurations of the accuracy study, and one timed run of one of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of the accuracy report: fronts of error against CPU time, and orders."""
+"""Figures of the accuracy study: error against CPU time, and orders of convergence."""
 
 from __future__ import annotations
 

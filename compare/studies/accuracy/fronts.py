@@ -1,4 +1,4 @@
-"""Fronts of speed against error, how far a default is from one, and whether two runs rank alike."""
+"""Pareto fronts of CPU time and error, the distance of a default from its front, rankings."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ class Ranking:
 
     Attributes
     ----------
-    pairs: policies compared two by two, within families; swapped: those in another order;
+    pairs: configurations compared two by two, within families; swapped: those in another order;
     clear: pairs more than `TIE` apart in both runs; clear_swapped: those of them in another order.
     correlation: Spearman's, the median over the families of a group; of families whose times hardly
         differ it is low.
@@ -176,7 +176,7 @@ class Ranking:
     front_size: int
     error_change: float
 
-    def words(self) -> str:
+    def summary(self) -> str:
         """The same in a sentence."""
         return (
             f"Against the run before: rank correlation of times {self.correlation:.3f} (median), "

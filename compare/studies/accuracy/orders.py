@@ -1,4 +1,4 @@
-"""Observed orders of every model on the mesh and of every method on the step: one `convergence` each."""
+"""Observed orders of convergence of every model in its mesh and of every method in its step."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Refined:
     over: Mapping[str, tuple[float, ...]]
     options: Mapping[str, Any]
 
-    def found(self) -> Convergence:
+    def converge(self) -> Convergence:
         """Do it."""
         return convergence(self.model, self.scene, self.quantity, dict(self.over), **self.options)
 

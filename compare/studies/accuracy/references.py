@@ -1,4 +1,4 @@
-"""What the errors of the accuracy report are taken against, and how each of these was verified.
+"""Reference values of the accuracy study, and how each was verified by another method or model.
 
 At rest: the closed forms, and for each discretisation another that shares no mechanics with it.
 In motion: the beams against the limit of fixed Newmark steps on a fine mesh, a method that shares
@@ -124,30 +124,30 @@ def _at_rest(case: Bench, family: Family) -> Reference:
         other = "kirchhoff" if family.model == "elastica" else "elastica"
         folds, rest = _fine(other, scene, extensible)
         twin = _fine("elastica" if other == "kirchhoff" else "kirchhoff", scene, extensible)
-        doubt = {
+        uncertainty = {
             "fold": _worst(folds, twin[0]),
             "shape": rest.shape.distance(twin[1].shape),
             "energy": abs(rest.energy - twin[1].energy),
         }
-        checks["elastica - Kirchhoff"] = doubt["fold"]
+        checks["elastica - Kirchhoff"] = uncertainty["fold"]
         source = f"{_FINE[other]} {other} elements"
-        verified = doubt["fold"] < 1e-9
+        verified = uncertainty["fold"] < 1e-9
         if not extensible:
             rest = buckled(scene)
-            doubt["shape"] = doubt["energy"] = DIGITS
+            uncertainty["shape"] = uncertainty["energy"] = DIGITS
     else:
         folds, rest = _fine("kirchhoff", scene, extensible)
         limit = _elements_limit(scene, extensible)
-        doubt = {"fold": _worst(folds, limit.value)}
-        doubt["shape"] = doubt["energy"] = 1e-11
-        checks["limit, 12 to 24 elements"] = doubt["fold"]
+        uncertainty = {"fold": _worst(folds, limit.value)}
+        uncertainty["shape"] = uncertainty["energy"] = 1e-11
+        checks["limit, 12 to 24 elements"] = uncertainty["fold"]
         source, verified = f"{_FINE['kirchhoff']} elements", limit.verified
     if extensible:
         limit = _rod_limit(scene)
         checks["rods' limit"] = _worst(folds, limit.value)
         verified = verified and limit.verified and checks["rods' limit"] < 1e-6
     values = {"fold": folds, "shape": rest.shape, "energy": rest.energy}
-    return Reference(values, {k: max(v, DIGITS) for k, v in doubt.items()}, source, verified, checks)
+    return Reference(values, {k: max(v, DIGITS) for k, v in uncertainty.items()}, source, verified, checks)
 
 
 def _limits(
@@ -201,9 +201,11 @@ def _elements_limit_in_motion(case: Bench) -> tuple[dict[str, Any], dict[str, fl
     fine, tight = _ELEMENTS_IN_MOTION
     best = result(fine, tight)
     others = (result(fine - 2, tight), result(fine, 10.0 * tight))
-    doubt = {name: sum(abs(other[name] - best[name]) for other in others) for name in ("snap", "energy")}
-    doubt["shape"] = sum(other["shape"].distance(best["shape"]) for other in others)
-    return {**best, "balance": 0.0}, doubt
+    uncertainty = {
+        name: sum(abs(other[name] - best[name]) for other in others) for name in ("snap", "energy")
+    }
+    uncertainty["shape"] = sum(other["shape"].distance(best["shape"]) for other in others)
+    return {**best, "balance": 0.0}, uncertainty
 
 
 def _snap(case: Bench, options: Mapping[str, Any]) -> float:
@@ -219,11 +221,11 @@ def _in_motion(case: Bench, family: Family) -> Reference:
         explicit = _snap(case, {**_EXPLICIT, "every": 4})
         implicit = _snap(case, {"nodes": _EXPLICIT["nodes"], "tolerance": _TIGHT})
         checks[f"explicit, {_EXPLICIT['nodes']} nodes"] = abs(explicit - implicit)
-        values, doubt = _elements_limit_in_motion(case)
+        values, uncertainty = _elements_limit_in_motion(case)
         source = f"{_ELEMENTS_IN_MOTION[0]} elements at {_ELEMENTS_IN_MOTION[1]:g}"
         # the other witness: what the limit of the rods may miss, and is left of the time step on one mesh
         checks["rods' limit"] = abs(rods["snap"] - values["snap"])
-        allowed = doubt["snap"] + limits["snap"].uncertainty + abs(explicit - implicit) + _CLOSE
+        allowed = uncertainty["snap"] + limits["snap"].uncertainty + abs(explicit - implicit) + _CLOSE
         verified = limits["snap"].verified and checks["rods' limit"] <= allowed
     else:
         beam = (
@@ -231,7 +233,7 @@ def _in_motion(case: Bench, family: Family) -> Reference:
         )
         values, limits = _beam_limit(case, beam)
         source = f"Newmark limit, {_BEAM_ELEMENTS[beam.model]} elements"
-        doubt = {name: limit.uncertainty for name, limit in limits.items()}
+        uncertainty = {name: limit.uncertainty for name, limit in limits.items()}
         options = {"elements": _BEAM_ELEMENTS[beam.model], "tolerance": 1e-7, "until": "snap"}
         crossing = run(beam.model, case.scene, {**beam.fixed, **options})[0].crossing()
         checks["ESDIRK4 at 1e-7"] = abs((crossing or (0.0, np.nan))[1] - values["snap"])
@@ -241,8 +243,8 @@ def _in_motion(case: Bench, family: Family) -> Reference:
             rods, rod_limits = _rods_limit(case, _TIGHT)
             checks["rods' limit"] = abs(rods["snap"] - values["snap"])
             verified = verified and rod_limits["snap"].verified and checks["rods' limit"] < _CLOSE
-    doubt["balance"] = DIGITS
-    return Reference(values, {k: max(v, DIGITS) for k, v in doubt.items()}, source, verified, checks)
+    uncertainty["balance"] = DIGITS
+    return Reference(values, {k: max(v, DIGITS) for k, v in uncertainty.items()}, source, verified, checks)
 
 
 def kind_of(case: Bench, family: Family) -> str:

@@ -1,4 +1,4 @@
-"""How fast and how exact is every model with every configuration, and are the defaults a good choice?"""
+"""The command `accuracy`: error against CPU time of all models and configurations; the defaults judged."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ def _select(group: str, model: str, row: str) -> list[Entry]:
     ]
     if row and not result:
         raise ValueError(
-            f"row = {row!r}: there is none; a row is GROUP/CASE/FAMILY/POLICY, as a full run's accuracy.json "
-            "lists them"
+            f"row = {row!r}: there is none; a row is GROUP/CASE/FAMILY/OPTIONS, as a full run's "
+            "accuracy.json lists them"
         )
     if not result:
         raise ValueError(f"group = {group!r} and model = {model!r}: that model is not in the group")
@@ -95,7 +95,7 @@ def _reference(work: tuple[Bench, Family]) -> Reference:
 def _references(selected: Sequence[Entry], sweep: Sweep) -> dict[KeyOf, Reference]:
     work = {_key_of(entry): (entry.case, entry.family) for entry in reversed(selected)}
     work = {key: work[key] for key in dict.fromkeys(map(_key_of, selected))}
-    return dict(zip(work, Study("references", _reference, list(work.values())).found(sweep), strict=True))
+    return dict(zip(work, Study("references", _reference, list(work.values())).results(sweep), strict=True))
 
 
 def _key_of(entry: Entry) -> KeyOf:
@@ -247,7 +247,7 @@ def main(
     models = tuple(dict.fromkeys(entry.family.model for entry in selected))
     groups = tuple(dict.fromkeys(entry.case.group for entry in selected))
     refined = orders_of.refinements(groups, models) if orders and not row else []
-    studied = tuple(Study("orders", orders_of.Refined.found, refined).rows(sweep))
+    studied = tuple(Study("orders", orders_of.Refined.converge, refined).rows(sweep))
     result = Accuracy(rounds, rows, known, studied, old, bool(row))
     if not row and not defaults_of_fronts(result.choices):
         raise SolverError(
@@ -263,7 +263,7 @@ def _alone(result: Accuracy) -> list[str]:
     return [f"{entry.key}: reference: {known.source}, {'' if known.verified else 'not '}verified."]
 
 
-def words(result: Accuracy) -> list[str]:
+def summary(result: Accuracy) -> list[str]:
     """How far the defaults are from the fronts, and what is not verified or failed."""
     if result.alone:
         return _alone(result)
@@ -294,7 +294,7 @@ def words(result: Accuracy) -> list[str]:
             + "; ".join(dict.fromkeys(f"{r.entry.key}: {r.problem[:90]}" for r in failed[:4]))
         )
     if result.ranked is not None:
-        text.append(result.ranked.words())
+        text.append(result.ranked.summary())
     return text
 
 
@@ -370,12 +370,12 @@ def values(result: Accuracy) -> dict[str, Any]:
 
 COMMAND = Command(
     name="accuracy",
-    title=lambda found: "One row of the accuracy report" if found.alone else "Speed against error",
+    title=lambda result: "One row of the accuracy report" if result.alone else "Speed against error",
     takes="some 8 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,
-    section_name=lambda found: "accuracy-row" if found.alone else "accuracy",
+    section_name=lambda result: "accuracy-row" if result.alone else "accuracy",
 )

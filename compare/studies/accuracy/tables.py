@@ -1,4 +1,4 @@
-"""Tables of the accuracy report."""
+"""Tables of the accuracy study: defaults, fronts, orders, references."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def fronts_table(result: Mapping[tuple[str, str], list[Candidate]]) -> Table:
         [member for (group, _), its in result.items() for member in front(its, quantity[group])],
         [
             *(("group", "s", "group"), ("model", "s", "family")),
-            ("policy", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),
+            ("options", "s", lambda c: _short(c.label) + (" (default)" if c.default else "")),
             ("dofs", "d", "dofs"),
             ("settled", ".1e", lambda c: c.settled[quantity[c.group]]),
             ("angle (rad)", ".1e", lambda c: c.errors[quantity[c.group]]),
@@ -141,9 +141,9 @@ def references_table(known: Mapping[tuple[str, str, str], Reference]) -> Table:
         angle = ref.values.get("fold", ref.values.get("snap"))
         shown = ", ".join(f"{a:.8f}" for a in np.atleast_1d(angle))
         checks = "; ".join(f"{name}: {value:.1e}" for name, value in ref.checks.items())
-        doubt = ref.uncertainty.get("fold", ref.uncertainty.get("snap"))
+        uncertainty = ref.uncertainty.get("fold", ref.uncertainty.get("snap"))
         rows.append(
-            [f"{group}/{case}", kind, shown, doubt, ref.source, checks, "yes" if ref.verified else "no"]
+            [f"{group}/{case}", kind, shown, uncertainty, ref.source, checks, "yes" if ref.verified else "no"]
         )
     return Table(
         "References",

@@ -1,4 +1,4 @@
-"""The ways in which each program does the same scenes, and what they take by turns."""
+"""Runs of the same scenes in this package and in other programs, timed by turns."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Attempt:
 
 def attempted(title: str, runs: Sequence[Attempt], sweep: Sweep) -> Sequence[Attempt]:
     """The runs, each attempted once."""
-    Study(title, Attempt.once, runs).found(sweep)
+    Study(title, Attempt.once, runs).results(sweep)
     return runs
 
 

@@ -1,4 +1,4 @@
-"""Speed at equal error against other programs: planar snap, ribbon snap, the static branch."""
+"""The command `peers`: CPU time at equal error of this package and of other programs."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     )
 
 
-def words(result: Peers) -> list[str]:
+def summary(result: Peers) -> list[str]:
     """What errors are, the ratios at equal error, what is missing."""
     return [
         "Errors are those of the angle at which z(1/2) = 0, against a limit computed here "
@@ -275,7 +275,7 @@ COMMAND = Command(
     title="Other programs on the same scenes",
     takes="some 15 minutes with all of them",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

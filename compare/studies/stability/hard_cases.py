@@ -1,4 +1,4 @@
-"""The hard cases: scenes that broke a method, or were made to.
+"""The list of hard cases in motion: scenes that broke a method, or were made to; classes of their verdicts.
 
 Sheared ribbons are for the rods and the Kirchhoff elements, planar ones for the beams too.  Angles
 and periods that a case is built on (the fold and the lowest period of its own mesh, 51 nodes) are
@@ -125,7 +125,7 @@ def is_refusal(error: Exception) -> bool:
     return isinstance(error, OptionError) and re.match(r"\w+ = ", str(error)) is not None
 
 
-def told(error: Exception) -> str:
+def message_of(error: Exception) -> str:
     """What an error says, on one line; with its type, if it is none of this package's own."""
     own = type(error).__module__.partition(".")[0] in ("ribbonfem", "der")
     text = " ".join(str(error).split())
@@ -217,7 +217,7 @@ STEPS = (
 )
 
 _NEUTRAL = "planar U of a rod of one stiffness turns freely about x: no isolated state"
-_SIDEWAYS = "planar U is unstable sideways beyond dL/L = 0.905"
+_OUT_OF_PLANE = "planar U is unstable out of its plane beyond dL/L = 0.905"
 _STEEP = "slopes beyond what its arclength can hold: the clamp alone needs more than dL"
 PLANE = (
     _planar("planar, h/L 1e-4", 0.1, rate=0.005, damping=0.01, ribbon=THINNEST),
@@ -229,7 +229,7 @@ PLANE = (
     _planar("planar, dL 0.001", rate=0.05, stop=0.1, compression=0.001),
     _planar(
         "planar, dL 0.95",
-        refused={RODS: _SIDEWAYS, KIRCHHOFF: _SIDEWAYS},
+        refused={RODS: _OUT_OF_PLANE, KIRCHHOFF: _OUT_OF_PLANE},
         rate=1.0,
         stop=2.0,
         compression=0.95,

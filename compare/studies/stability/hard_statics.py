@@ -1,4 +1,4 @@
-"""Hard cases in statics: scenes, runs, and checks of folds and equilibrium curves."""
+"""Hard cases at rest: folds and curves of equilibria of every model, run and judged against each other."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from .hard_cases import (
     WEIGHTLESS,
     WRONG,
     is_refusal,
-    told,
+    message_of,
 )
 
 KIRCHHOFF = "kirchhoff"
 MODELS = (KIRCHHOFF, RODS, ELASTICA, QUASILINEAR)
-VERBS = ("folds", "equilibria")
+FUNCTIONS = ("folds", "equilibria")
 # nodes of the rods: of their default, and of the finer meshes that show its error
 _NODES = 151
 _MESHES = (_NODES, 201, 301)
-# so stiff sideways and in twist that a planar state stays in its plane, where neither counts
+# so stiff out of the plane and in twist that a planar state stays in its plane, where neither counts
 _STIFF: Mapping[str, Any] = MappingProxyType({"bending_ratio": 1e4, "twist_ratio": 1e3})
 
 # scenes at rest that no motion has: near others, where following a curve is what can fail
@@ -67,26 +67,26 @@ _SHORT = Steps(largest=0.1 * Steps().largest)
 
 SOUND, ALONE, TOLD, ABSENT = "right", "unconfirmed", "refused with reason", "not for this model"
 
-_FORKS = "the planar state forks sideways before its fold: an error must say so"
+_FORKS = "the planar state forks out of its plane before its fold: an error must say so"
 _NEUTRAL = "turns freely about x: no isolated state"
-_SIDEWAYS = "planar U is unstable sideways beyond dL/L = 0.905"
+_OUT_OF_PLANE = "planar U is unstable out of its plane beyond dL/L = 0.905"
 # scenes that three-dimensional models must not answer; an error that `is_refusal` is the best they can say
 _MUST_FAIL = MappingProxyType(
     {
         "planar, EI1/EI2 1": _NEUTRAL,
         "planar, EI1/EI2 1.5": _FORKS,
-        "planar, dL 0.95": _SIDEWAYS,
+        "planar, dL 0.95": _OUT_OF_PLANE,
     }
 )
 
 
 @dataclass(frozen=True)
 class StaticVerdict:
-    """How a model's verb did on a scene at rest; `angle` is its first fold, of `count`, in rad."""
+    """How a model's function did on a scene at rest; `angle` is its first fold, of `count`, in rad."""
 
     scene: str
     model: str
-    verb: str
+    function: str
     status: str
     note: str = ""
     angle: float | None = None
@@ -115,10 +115,10 @@ def _attempt(call: Callable[[], Any]) -> Any:
         return error
 
 
-def _failure(scene: str, model: str, verb: str, error: Exception, reason: str) -> StaticVerdict:
+def _failure(scene: str, model: str, function: str, error: Exception, reason: str) -> StaticVerdict:
     """The verdict on an error: a refusal only if it is foreseen and names what cannot be."""
-    note = f"{reason}. It says: {told(error)}" if reason else told(error)
-    return StaticVerdict(scene, model, verb, TOLD if reason and is_refusal(error) else RAISED, note)
+    note = f"{reason}. It says: {message_of(error)}" if reason else message_of(error)
+    return StaticVerdict(scene, model, function, TOLD if reason and is_refusal(error) else RAISED, note)
 
 
 def _angles(result: Any) -> list[float]:
@@ -199,17 +199,17 @@ def _closed_form(scene: Scene) -> list[float]:
     return [math.copysign(quasilinear.closed_form_fold().mu * math.sqrt(scene.compression), scene.rate)]
 
 
-def _limits(found: Mapping[int, Any]) -> tuple[list[float] | None, float]:
+def _limits(results: Mapping[int, Any]) -> tuple[list[float] | None, float]:
     """The rods' folds extrapolated from three meshes, and how far the first, the default, is from them.
 
     Near a pitchfork the next term in 1/N^2 counts too, so that two meshes are too few.
     """
-    if any(isinstance(result, Exception) for result in found.values()):
+    if any(isinstance(result, Exception) for result in results.values()):
         return None, 0.0
-    angles = [_angles(result) for result in found.values()]
+    angles = [_angles(result) for result in results.values()]
     if len({len(row) for row in angles}) > 1:
         return None, 0.0
-    limit = [limit_of(fold, tuple(found))[0] for fold in zip(*angles, strict=True)]
+    limit = [limit_of(fold, tuple(results))[0] for fold in zip(*angles, strict=True)]
     return limit, _off(angles[0], limit)
 
 

@@ -1,4 +1,4 @@
-"""A hard case run by a method: how far it is from the truth, and what its own energy balance says."""
+"""Hard cases in motion, run and judged: error against a fine reference, and energy balance."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .hard_cases import (
     Hard,
     MotionVerdict,
     is_refusal,
-    told,
+    message_of,
 )
 
 FIXED = ("implicit-euler", "newmark", "generalised-alpha", "midpoint", "discrete-gradient")
@@ -233,7 +233,7 @@ def with_mesh(case: Hard, verdict: MotionVerdict, history: History, fine: Histor
 
 def _failure(case: Hard, model: str, method: str, error: Exception) -> MotionVerdict:
     reason = dict(case.refused).get(model)
-    note = told(error) if reason is None else f"{reason}. It says: {told(error)}"
+    note = message_of(error) if reason is None else f"{reason}. It says: {message_of(error)}"
     status = REFUSED if reason is not None and is_refusal(error) else RAISED
     return MotionVerdict(case.name, model, method, status, note)
 
@@ -261,7 +261,7 @@ def judge(
         if history is None:
             verdicts.append(MotionVerdict(case.name, model, method, SKIPPED, "too many steps"))
         elif isinstance(truth, Exception):
-            note = f"completed, but no reference does: {told(truth)}"
+            note = f"completed, but no reference does: {message_of(truth)}"
             status = WRONG if model in dict(case.refused) else UNRESOLVED
             verdicts.append(MotionVerdict(case.name, model, method, status, note))
         else:
@@ -270,7 +270,7 @@ def judge(
                 try:
                     fine = finer(case, model)
                 except Exception as error:
-                    verdict = replace(verdict, note=f"{verdict.note}; twice as fine: {told(error)}")
+                    verdict = replace(verdict, note=f"{verdict.note}; twice as fine: {message_of(error)}")
                 else:
                     verdict = verdict if fine is None else with_mesh(case, verdict, history, fine)
             verdicts.append(verdict)
@@ -311,22 +311,22 @@ CONFIRMED = (
 )
 
 
-def confirm(asked: Confirmation) -> Confirmation:
+def confirm(confirmation: Confirmation) -> Confirmation:
     """Set a reference beside another integrator, both on the case's mesh."""
-    case = next(case for case in CASES if case.name == asked.case)
+    case = next(case for case in CASES if case.name == confirmation.case)
     try:
-        truth = reference(case, asked.model)
-        options: dict[str, Any] = {"method": asked.method, "step": asked.step, "until": "snap"}
-        if asked.model == RODS:
+        truth = reference(case, confirmation.model)
+        options: dict[str, Any] = {"method": confirmation.method, "step": confirmation.step, "until": "snap"}
+        if confirmation.model == RODS:
             other = der.simulate(case.scene, nodes=case.nodes, configurations=False, **options)
         else:
-            other = moved(case, asked.model, **options)
+            other = moved(case, confirmation.model, **options)
     except Exception as error:
-        return replace(asked, note=told(error))
+        return replace(confirmation, note=message_of(error))
     off = deviation(case, other, truth)
     wanted, result = truth.crossing(case.snap), other.crossing(case.snap)
     return replace(
-        asked,
+        confirmation,
         wanted=None if wanted is None else wanted[0],
         found=None if result is None else result[0],
         error=off.error if math.isfinite(off.error) else None,

@@ -1,4 +1,4 @@
-"""The hard cases drawn: a row a case, a column a method, status as colour."""
+"""Figures of the hard cases: a row a case, a column a method, status as colour."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .hard_cases import (
     WRONG,
     MotionVerdict,
 )
-from .hard_statics import ABSENT, ALONE, MODELS, SOUND, TOLD, VERBS, StaticVerdict
+from .hard_statics import ABSENT, ALONE, FUNCTIONS, MODELS, SOUND, TOLD, StaticVerdict
 
 _MOTION = {
     GOOD: ("#74c476", "completed"),
@@ -117,7 +117,7 @@ def _rest_text(verdict: StaticVerdict) -> str:
     if verdict.count is None:
         return "refused" if verdict.status == TOLD else "raised"
     folds = f"{verdict.count} fold" + ("" if verdict.count == 1 else "s")
-    if verdict.verb == "equilibria":
+    if verdict.function == "equilibria":
         return folds
     return f"{folds}\n" + ("–" if verdict.error is None else f"{verdict.error:.0e} rad")
 
@@ -125,7 +125,7 @@ def _rest_text(verdict: StaticVerdict) -> str:
 def statics_map(verdicts: Sequence[StaticVerdict]) -> Any:
     """Draw scenes at rest."""
     rows = list(dict.fromkeys(v.scene for v in verdicts))
-    columns = [(model, verb) for model in MODELS for verb in VERBS]
-    cells = {(v.scene, (v.model, v.verb)): (v.status, _rest_text(v)) for v in verdicts}
+    columns = [(model, function) for model in MODELS for function in FUNCTIONS]
+    cells = {(v.scene, (v.model, v.function)): (v.status, _rest_text(v)) for v in verdicts}
     title = "Folds that a slow ramp meets and their error against an independent model; folds on the curve"
     return _draw(rows, columns, cells, _REST, ABSENT, title, 0.34)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import der
+from compare.archive import for_programs
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
 from compare.studies.study import Study
@@ -93,11 +94,11 @@ def main(*, sweep: Sweep | None = None) -> HardCases:
     """
     # motions first and the scenes at rest, which take one or two seconds each, last: all processes
     # are then busy to the end
-    work: list[Any] = [(asked,) for asked in CONFIRMED]
+    work: list[Any] = [(each,) for each in CONFIRMED]
     for case in CASES:
         work += [(case, model) for model in METHODS if model in (RODS, KIRCHHOFF) or case.scene.planar]
     work += list(static_scenes().items())
-    done = Study("hard cases", _work, work, prepare=_warm_up).found(sweep or Sweep())
+    done = Study("hard cases", _work, work, prepare=_warm_up).results(sweep or Sweep())
     result = [v for group, _, _ in done for v in group]
     return HardCases(
         runs=tuple(v for v in result if isinstance(v, MotionVerdict)),
@@ -120,7 +121,7 @@ def _failures(defaults: Sequence[MotionVerdict]) -> str:
 
 def _failed_at_rest(statics: Sequence[StaticVerdict]) -> str:
     fine = (SOUND, TOLD)
-    failed = [f"{v.model} {v.verb}, {v.scene}: {v.status}" for v in statics if v.status not in fine]
+    failed = [f"{v.model} {v.function}, {v.scene}: {v.status}" for v in statics if v.status not in fine]
     return f"Not right: {'; '.join(failed)}." if failed else ""
 
 
@@ -150,7 +151,7 @@ def _confirmations(confirmed: Sequence[Confirmation]) -> str:
     )
 
 
-def words(result: HardCases) -> list[str]:
+def summary(result: HardCases) -> list[str]:
     """How many there are of each status, and which default runs failed."""
     counts = Counter(v.status for v in result.runs)
     still = Counter(v.status for v in result.statics)
@@ -194,13 +195,13 @@ def _short(note: str, most: int = 60) -> str:
 def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict]) -> list[list[str]]:
     """A row for each case, model and message: whose it is, and its words."""
     result: dict[tuple[str, str, str], tuple[list[str], str]] = {}
-    told = [
+    messages = [
         (v.case, v.model, v.method, v.note)
         for v in verdicts
         if v.status not in (GOOD, LOSSY, SKIPPED) and v.note
     ]
-    told += [(s.scene, s.model, s.verb, s.note) for s in statics if s.count is None]
-    for case, model, method, note in told:
+    messages += [(s.scene, s.model, s.function, s.note) for s in statics if s.count is None]
+    for case, model, method, note in messages:
         words = note.rpartition("It says: ")[2]
         # methods put their name first; the instant at which they stop differs
         same = "".join(c for c in words.replace(method, "") if not c.isdigit())
@@ -256,7 +257,7 @@ def tables(result: HardCases) -> list[Table]:
             "Every scene at rest",
             result.statics,
             [
-                *((name, "s", name) for name in ("scene", "model", "verb", "status")),
+                *((name, "s", name) for name in ("scene", "model", "function", "status")),
                 *(
                     ("first fold (rad)", ".7f", "angle"),
                     ("folds", "d", "count"),
@@ -288,7 +289,7 @@ def values(result: HardCases) -> dict[str, Any]:
     """The numbers for programs."""
     return {
         "runs": [vars(v) for v in result.runs],
-        "statics": [vars(v) for v in result.statics],
+        "statics": [for_programs(v) for v in result.statics],
         "confirmed": [vars(v) for v in result.confirmed],
         "seconds": result.seconds,
     }
@@ -299,7 +300,7 @@ COMMAND = Command(
     title="Hard cases",
     takes="some 6 minutes",
     main=main,
-    words=words,
+    words=summary,
     tables=tables,
     drawings=drawings,
     values=values,

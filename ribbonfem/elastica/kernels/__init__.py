@@ -1,1 +1,1 @@
-"""Compiled kernels of the elastica in motion: the plane's mixed form, four elements at a time."""
+"""Compiled kernels of the elastica: mixed elements in the plane, four of them at a time."""

@@ -1,4 +1,4 @@
-"""What the compiled time loop of the elastica works on: clock, state and memory."""
+"""Tuples of arrays that the compiled time loop of the elastica works on: state, memory of a step, beam."""
 
 from __future__ import annotations
 

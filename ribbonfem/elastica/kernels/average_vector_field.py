@@ -1,4 +1,4 @@
-"""A step of the elastica that balances its energy to rounding, however long it is.
+"""The energy-conserving step of the elastica: midpoint rule with mean moments ("discrete-gradient").
 
 The midpoint rule, with the moments' mean along the step (average vector field): phi goes from phi0 to phi1 in
 a straight line, D = phi1 - phi0 at a Gauss point, so that with the angle p in the middle
@@ -29,8 +29,8 @@ from .arrays import KNOWN, POINTS, Motion, Moving, Scratch
 from .beam import FORCE, PHI, ROWS, Beam, P, Z
 from .ends import set_places
 from .energies import kinetic_energy
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import moment_of
-from .points import Value, cosine_sine, interpolated, resolved
 
 # steps over which the error of one is estimated, and iterations beyond which none longer is tried
 SPAN, EASY = 4, 7.0

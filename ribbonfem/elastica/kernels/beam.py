@@ -1,4 +1,4 @@
-"""The elastica in motion as arrays, and the memory in which it is solved.
+"""The discretised elastica in motion as a tuple of arrays, and how a state's unknowns are laid out in memory.
 
 Elements have degree P with nodes at the Gauss-Lobatto points; forces n are kept by their values at
 the P Gauss points, which take all integrals, and the mass is lumped at the nodes.  A state is one

@@ -1,4 +1,4 @@
-"""Elimination inside the elements of the elastica, and the band that is left (see `tangent`)."""
+"""The linear solver of the elastica in motion: static condensation of elements, then a band."""
 
 from __future__ import annotations
 

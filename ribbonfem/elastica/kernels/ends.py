@@ -1,4 +1,4 @@
-"""The places of the clamps in a state."""
+"""Boundary values of the elastica: positions and angles of both clamps, put into a state and its rates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Energies of a state of the elastica, its mean axial force, its reactions, and the power of its controls."""
+"""Energies, reactions at the clamps, mean axial force and power of controls, of a state of the elastica."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .beam import FORCE, Beam, P, Z
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import moment_of, stretch_of
-from .points import Value, cosine_sine, interpolated, resolved
 
 
 @compiled(**OPTIONS)

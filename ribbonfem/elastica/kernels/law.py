@@ -1,4 +1,4 @@
-"""The material of the elastica in motion: what strains count from, and their rates (`ribbonfem.material`).
+"""The material of the elastica in motion: moment and stretch with retardation, strains remembered.
 
 Strains of a group's Gauss point are the curvature and the stretch, in arrays (G, P, 2, WIDTH).  A beam that
 does not retard needs none of them kept: its arrays hold no groups.
@@ -16,7 +16,7 @@ from ribbonfem.stepping.kernels.strains import put_rates
 
 from .arrays import Scratch
 from .beam import Beam, P, Z
-from .points import cosine_sine, interpolated, resolved
+from .gauss_point import cosine_sine, interpolated, resolved
 
 Value = Any
 

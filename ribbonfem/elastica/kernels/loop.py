@@ -1,4 +1,4 @@
-"""The time loop of the elastica: what it predicts, solves, measures and keeps (`stepping`).
+"""What the common time loop (`stepping`) calls of the elastica: guess, stage, error, acceptance, row.
 
 Unknowns of a stage are its positions, angles and forces; all state is in `Motion` and its clock.
 """
@@ -30,7 +30,7 @@ from ribbonfem.stepping.kernels.slow import allowed
 from ribbonfem.stepping.kernels.strains import know_strains
 
 from . import average_vector_field as means
-from . import condensed, consistent, residual, tangent
+from . import condensed, consistent_initialisation, residual, tangent
 from .arrays import KNOWN, POINTS, Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
@@ -178,7 +178,7 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
     t, y = model.scratch, model.motion
     controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
     _put_loads(model)
-    impulse = consistent.project(model.beam, model.solver, y, t, ramp.ends, ramp.damping)
+    impulse = consistent_initialisation.project(model.beam, model.solver, y, t, ramp.ends, ramp.damping)
     if reset:
         clock[POINTS] = 0.0
         _remember(model, clock, clock[TIME], y.u, y.a)

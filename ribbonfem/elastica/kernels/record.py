@@ -1,4 +1,4 @@
-"""What the rows of a motion of the elastica keep of its shape."""
+"""Output rows of a motion of the elastica: height and velocity at midspan, reactions, shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Residual of the equations of motion of the elastica, for a stage of any implicit method.
+"""Residual of the equations of motion of the elastica at a stage of any implicit method, element by element.
 
 Every stage of every method solves the same, with r = rp + b a and v = vp + f a:
 
@@ -17,8 +17,8 @@ from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.results import Array
 
 from .beam import FORCE, PHI, Beam, P, Solver, Z
+from .gauss_point import cosine_sine, interpolated, resolved
 from .law import moment_of, stretch_of
-from .points import cosine_sine, interpolated, resolved
 
 
 @compiled(**OPTIONS)

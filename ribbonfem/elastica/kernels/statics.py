@@ -1,4 +1,4 @@
-"""The elastica at rest: residual and tangent of all angles and the end force, for continuation."""
+"""Residual and factorised tangent of the elastica at rest, in all angles and the end force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Second derivatives of the Lagrangian of the elastica in motion, element by element.
+"""Tangent matrices of the elements of the elastica in motion: second derivatives of the Lagrangian.
 
 The mass is lumped, so that r inside an element is eliminated by a division; phi inside it, then n, follow
 by a dense L D L^T without pivots.  (In this order: n's own block is nearly singular in its mean.)  Left are
@@ -13,8 +13,8 @@ from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.results import Array
 
 from .beam import N0, PLACES, SIZE, Beam, P, Solver
+from .gauss_point import Value, cosine_sine, interpolated, point_hessian, resolved
 from .law import stretch_of
-from .points import Value, cosine_sine, interpolated, point_hessian, resolved
 
 # by how much a rate of the stretched beam's axial force is held back in the hidden constraints
 STIFF = 1e12

@@ -1,1 +1,1 @@
-"""Compiled kernels of the quasi-linear beam in motion: symmetric bands, factors kept, and a border."""
+"""Compiled kernels of the quasi-linear beam in motion: banded matrices with one dense row."""

@@ -1,4 +1,4 @@
-"""Symmetric bands by diagonals, [d, i] = A[i + d, i]: products, L D L^T, and two solutions at once."""
+"""Products and L D L^T of symmetric bands kept by diagonals, [d, i] = A[i + d, i]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quasi-linear beam in motion as arrays, and the memory in which it is solved.
+"""The discretised quasi-linear beam in motion as tuples of arrays: matrices, state, memory of a step.
 
 Heights are Z = z / L (dL/L)^(-1/2).  Unknowns are the free dofs z (n,) and the load sigma^2; the ends
 e = (Z, Z' at s = 0, Z, Z' at s = 1) are what the clamps do.  Of K, G and M, the matrices of int Z''^2,

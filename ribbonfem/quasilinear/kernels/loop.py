@@ -1,4 +1,4 @@
-"""The time loop of the quasi-linear beam: what it predicts, solves, measures and keeps (`stepping`)."""
+"""What the common time loop (`stepping`) calls of the quasi-linear beam: stage, error, acceptance, row."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.slow import allowed
 
-from . import consistent
+from . import consistent_initialisation
 from .bands import dot
 from .beam import ENDS, KNOWN, POINTS, Moving
 from .stage import at_end, factorise, give, give_retarded, move, residual, set_ends, solve, square
@@ -94,7 +94,7 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
     t, y, beam = model.scratch, model.motion, model.beam
     controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
     set_ends(beam, t.controls, t.ends)
-    impulse = consistent.project(beam, y, t, ramp.ends, ramp.damping)
+    impulse = consistent_initialisation.project(beam, y, t, ramp.ends, ramp.damping)
     if reset:
         clock[POINTS] = 0.0
         _remember(model, clock, clock[TIME], y.a, y.load[0])

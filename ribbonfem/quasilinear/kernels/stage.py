@@ -1,4 +1,4 @@
-"""The equations of a stage of the quasi-linear beam, for Newton with kept factors.
+"""Residual and tangent of a stage of the quasi-linear beam in motion, for Newton with kept factors.
 
     M (Z_tt + nu Z_t) + K (Z + tau Z_t) - sigma^2 G Z = loads,   Z^T G Z / 2 = 1 + (compression added) / dL
 

@@ -1,4 +1,4 @@
-"""The compiled time loop of all finite elements in motion, and Newton on its stages.
+"""The compiled time loop common to all finite elements, and Newton's method on its stages.
 
 They see arrays only, and know a model by its `ModelFunctions` and `Equations` alone.
 """

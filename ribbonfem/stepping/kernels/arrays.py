@@ -1,4 +1,4 @@
-"""What the time loop and the kernels of a beam are given: names, places in arrays, tuples of arrays."""
+"""Arrays and their places that the time loops of all finite elements share: scheme, ramp, rows."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SHORT = 1e-6
 
 @by_reference
 class Scheme(NamedTuple):
-    """Coefficients of a method, or its tableau; see `newmark.Method`.
+    """Coefficients of a method, or its tableau; see `methods.Method`.
 
     `power` is that of the step in the estimated error; the last row of `a` is the weights of the step.
     """

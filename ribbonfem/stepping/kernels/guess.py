@@ -1,4 +1,4 @@
-"""Guesses of a stage from the last stages that were solved, which every model keeps in a ring."""
+"""Predictors: initial guesses of a stage by a polynomial through the last stages solved."""
 
 from __future__ import annotations
 

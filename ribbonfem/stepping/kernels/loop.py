@@ -1,4 +1,4 @@
-"""The time loop of all finite elements in motion: stages, control of steps, kinks of the clamp, rows.
+"""The time loop common to all finite elements: steps, their control, kinks of the controls, output rows.
 
 It knows a model by its `ModelFunctions` alone: a model makes its own loop of them (`beams.run`,
 `kirchhoff.kernels.loop.run`).

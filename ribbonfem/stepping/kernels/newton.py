@@ -1,4 +1,4 @@
-"""Newton on a stage; the factors of a tangent are kept over iterations, stages and steps while they serve.
+"""Newton's method on a stage, with factors of the tangent kept over iterations, stages and steps.
 
 It knows a model by its `Equations` alone, as the time loop does.
 """

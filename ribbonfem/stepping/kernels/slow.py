@@ -1,4 +1,4 @@
-"""Errors count the more the slower a body creeps."""
+"""The local error that a step may have: less than the tolerance while the body creeps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strains of a material that retards, from stage to stage: what is known of them, and their rates.
+"""Strain rates of a material with retardation at the stages of a method.
 
 A body has offset, natural, stiffness, compliance, elastic and retardation (`ribbonfem.material.kernels`); its
 state at an instant strain and strain_rate, its scratch known_strain and stage_strain_rate.

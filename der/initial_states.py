@@ -1,4 +1,4 @@
-"""What a motion begins with in place of the scene's start: a state at rest, or another motion's end."""
+"""Initial states of a rod's motion other than the scene's start: a state at rest, a motion's end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.options import refuse
-from ribbonfem.results import History, RestState, told
+from ribbonfem.results import History, RestState, control_text
 from ribbonfem.scene import SceneError
 
 from . import kernels
@@ -50,7 +50,7 @@ def of(rod: Rod, given: object) -> tuple[RodState, float]:
     off = max(np.abs(x - state.x[[0, 1, -2, -1]]).max(), np.abs(m1 - state.m1[[0, -1]]).max())
     if not off <= _FITS:
         raise SceneError(
-            f"Scene: the clamps, clamp = {rod.clamp!r}, begin where {told(scene, scene.begin)}; those of "
-            f"initial = {given!r} do not fit: they are off by {off:.3g}"
+            f"Scene: the clamps, clamp = {rod.clamp!r}, begin where {control_text(scene, scene.begin)}; "
+            f"those of initial = {given!r} do not fit: they are off by {off:.3g}"
         )
     return replace(state, at=scene.begin), began

@@ -1,4 +1,4 @@
-"""What a package shows of itself: its public names, also where a name is asked for that there is not.
+"""Lazy imports of the packages' public names, with the nearest name in the error where there is none.
 
 lazy_loader 0.6 would do 5 of these 42 lines (its import takes 2 ms): it shows nothing of another package, as
 `compare.read_scene` is, and tells no near name.

@@ -1,4 +1,4 @@
-"""Where the time of the rods goes: their kernels, called one by one from compiled-code wrappers."""
+"""Benchmarks of the rod's kernels, called one by one from compiled wrappers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers of `lanes` where the compiler is switched off: arrays, one place after the other."""
+"""SIMD numbers where numba is switched off: the same operations on numpy arrays of four."""
 
 from __future__ import annotations
 

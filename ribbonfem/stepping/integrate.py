@@ -1,4 +1,4 @@
-"""Time stepping of the planar beams: Newmark, generalised-alpha, and Runge-Kutta methods (`tableaus`).
+"""The integration of a planar beam from start to stop: calls of the compiled loop, errors, rows kept.
 
 The semi-discrete beams are differential-algebraic: positions carry mass, the others follow
 from equilibrium and from the constraints at the same instant (`kernels`).  Every method
@@ -72,7 +72,7 @@ class Moving(Protocol):
         ...
 
     def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocities."""
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocity."""
         ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:

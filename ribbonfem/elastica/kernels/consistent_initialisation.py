@@ -1,4 +1,4 @@
-"""Hidden constraints of the elastica: velocities, accelerations and forces that fit its clamps.
+"""Consistent initialisation of the elastica: velocities, accelerations and forces that fit its constraints.
 
 r' = t (1 + c n.t), derived once, is for the velocities, and derived twice for the accelerations:
 
@@ -24,8 +24,8 @@ from .arrays import Motion, Scratch
 from .beam import FORCE, PHI, ROWS, WIDTH, Beam, P, Solver, Z
 from .condensed import factorise, solve
 from .ends import set_places, set_turns
+from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import put_strain_rates, put_strains, stretch_of
-from .points import Value, cosine_sine, interpolated, resolved
 from .residual import residual
 from .tangent import STIFF, fill
 

@@ -1,4 +1,4 @@
-"""f(Lambda): when the normal form of a fold, swept slowly, blows up."""
+"""The universal curve f(Lambda): when the normal form of a fold, swept at a constant rate, blows up."""
 
 from __future__ import annotations
 

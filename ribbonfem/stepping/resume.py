@@ -1,4 +1,4 @@
-"""What a motion goes on from: another motion's last instant, checked and set to begin again."""
+"""Resuming a motion: the last instant of another one, checked, as the initial state of a new one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a motion of the elastica begins with: a given state at rest, or another motion's last instant."""
+"""Initial states of a motion of the elastica: an equilibrium, a given state, another motion's end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ribbonfem.material.kernels import LAW
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.initial import begun_again, require_fit, require_history
+from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
 from .kernels.beam import PHI, P, Z

@@ -10,8 +10,8 @@ import sys
 import numpy as np
 import pytest
 
-from ribbonfem.jit import plain, vectors
 from ribbonfem.jit import simd as lanes
+from ribbonfem.jit import simd_arrays, simd_vectors
 from ribbonfem.jit.decorator import compiled
 
 RNG = np.random.default_rng(3)
@@ -23,7 +23,9 @@ def stored(operation):
 
     @compiled()
     def kernel(a, b, out):
-        vectors.store(out, (0,), operation(vectors.load(a, (1, 2)), vectors.load(b, (0, 1)), 3.0))
+        simd_vectors.store(
+            out, (0,), operation(simd_vectors.load(a, (1, 2)), simd_vectors.load(b, (0, 1)), 3.0)
+        )
 
     out = np.zeros((1, 4))
     kernel(A, B, out)
@@ -54,7 +56,7 @@ def in_turn(a, b, x):
 def test_arithmetic(ours, theirs):
     expected = theirs(A[1, 2], B[0, 1], 3.0)
     assert np.allclose(stored(ours), expected, rtol=1e-14)
-    plainly = ours.py_func(plain.load(A, (1, 2)), plain.load(B, (0, 1)), 3.0)
+    plainly = ours.py_func(simd_arrays.load(A, (1, 2)), simd_arrays.load(B, (0, 1)), 3.0)
     assert np.allclose(plainly.places, expected, rtol=1e-14)
 
 
@@ -103,11 +105,13 @@ def test_rows_and_columns():
 def test_of_nan_the_first_stays(first, second):
     @compiled()
     def kernel(a, b, out):
-        vectors.store(out, (0,), vectors.larger(vectors.load(a, (0,)), vectors.load(b, (0,))))
+        simd_vectors.store(
+            out, (0,), simd_vectors.larger(simd_vectors.load(a, (0,)), simd_vectors.load(b, (0,)))
+        )
 
     a, b, out = np.full((1, 4), first), np.full((1, 4), second), np.zeros((1, 4))
     kernel(a, b, out)
-    plainly = plain.larger(plain.load(a, (0,)), plain.load(b, (0,)))
+    plainly = simd_arrays.larger(simd_arrays.load(a, (0,)), simd_arrays.load(b, (0,)))
     assert np.array_equal(out, a, equal_nan=True)
     assert np.array_equal(plainly.places, a[0], equal_nan=True)
 

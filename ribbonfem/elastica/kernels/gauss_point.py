@@ -1,4 +1,4 @@
-"""Mechanics at a Gauss point of the plane, of four elements at once: all that makes these kernels planar.
+"""Strains, and derivatives of the energy density, at a Gauss point of the elastica, of four elements at once.
 
 The density is phi'^2 / 2 + n . (r' - t) - c (n . t)^2 / 2 with t = (cos phi, sin phi).
 """

@@ -1,4 +1,4 @@
-"""What a motion begins with: an equilibrium, a given state at rest, or another motion's last instant."""
+"""Initial states of a ribbon's motion: an equilibrium, a given state, another motion's last instant."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ribbonfem.ends import Ends
 from ribbonfem.options import refuse
 from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
-from ribbonfem.stepping.initial import begun_again, require_fit, require_history
 from ribbonfem.stepping.kernels import KINK
 from ribbonfem.stepping.kernels import arrays as clocks
+from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
 from .kernels.batch import in_fours

@@ -1,4 +1,4 @@
-"""Hidden constraints of the quasi-linear beam: velocities, accelerations and the load that fit its clamps.
+"""Consistent initialisation of the quasi-linear beam: velocities, accelerations and load fit the clamps.
 
 The ends carry mass, so that a jump of their rates moves their neighbours too.
 """

@@ -1,4 +1,4 @@
-"""Scenes drawn at random, and the snap of one by one run: what the laws are measured and checked with."""
+"""Random scenes and their snaps by single runs: samples to calibrate and to check the cost laws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 
-from .cost_laws import Policy
+from .cost_laws import BeamRun
 from .refinement import endless, rattles
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -34,10 +34,10 @@ def planar_scene(compression: float, rate: float, damping: float, thickness: flo
     )
 
 
-def planar_snap(scene: Scene, options: Policy) -> tuple[float, float]:
+def planar_snap(scene: Scene, beam: BeamRun) -> tuple[float, float]:
     """Angle of the snap of a run, and its CPU seconds."""
     begin = time.process_time()
-    rest: dict[str, Any] = {"elements": options.elements, "tolerance": options.tolerance, "until": "snap"}
+    rest: dict[str, Any] = {"elements": beam.elements, "tolerance": beam.tolerance, "until": "snap"}
     history = elastica.simulate(scene, extensible=True, **rest)
     result = history.crossing()
     return (float("nan") if result is None else result[1]), time.process_time() - begin

@@ -1,4 +1,4 @@
-"""The paper's runs of mode skipping and selection (section 7)."""
+"""The paper's named runs of skipping and selection as data: scenes and what the paper reports (section 7)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The normal form at a fold of any model, from statics."""
+"""Coefficients of the normal form at a fold of any model, from its equilibria, null vector and mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers of `lanes` as the compiler has them: a type of its own, the processor's vector."""
+"""SIMD numbers as a type of numba's: the processor's vector of four floats, and its operations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numba.core.typing import signature
 from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-from .plain import WIDTH
+from .simd_arrays import WIDTH
 
 # products may be joined with sums, which saves a rounding
 _FAST = ("contract", "reassoc", "nsz")
@@ -103,7 +103,7 @@ def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> 
 
 @intrinsic
 def load(typing: Any, array: Any, indices: Any) -> Any:
-    """See `plain.load`."""
+    """See `simd_arrays.load`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.load(_place(context, builder, sig.args, *args), align=8)
@@ -113,7 +113,7 @@ def load(typing: Any, array: Any, indices: Any) -> Any:
 
 @intrinsic
 def store(typing: Any, array: Any, indices: Any, value: Any) -> Any:
-    """See `plain.store`."""
+    """See `simd_arrays.store`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         builder.store(args[2], _place(context, builder, sig.args, *args[:2]), align=8)
@@ -124,7 +124,7 @@ def store(typing: Any, array: Any, indices: Any, value: Any) -> Any:
 
 @intrinsic
 def spread(typing: Any, value: Any) -> Any:
-    """See `plain.spread`."""
+    """See `simd_arrays.spread`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return _spread(builder, args[0])
@@ -134,7 +134,7 @@ def spread(typing: Any, value: Any) -> Any:
 
 @intrinsic
 def transposed(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    """See `plain.transposed`."""
+    """See `simd_arrays.transposed`."""
     four = types.UniTuple(LANES, WIDTH)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -157,7 +157,7 @@ def transposed(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def all_below(typing: Any, value: Any, bound: Any) -> Any:
-    """See `plain.all_below`."""
+    """See `simd_arrays.all_below`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         below = builder.fcmp_ordered("<", args[0], _spread(builder, args[1]))
@@ -169,7 +169,7 @@ def all_below(typing: Any, value: Any, bound: Any) -> Any:
 
 @intrinsic
 def lane(typing: Any, value: Any, place: Any) -> Any:
-    """See `plain.lane`."""
+    """See `simd_arrays.lane`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.extract_element(*args)
@@ -179,7 +179,7 @@ def lane(typing: Any, value: Any, place: Any) -> Any:
 
 @intrinsic
 def larger(typing: Any, a: Any, b: Any) -> Any:
-    """See `plain.larger`."""
+    """See `simd_arrays.larger`."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.select(builder.fcmp_ordered(">", args[1], args[0]), args[1], args[0])
@@ -200,11 +200,11 @@ def _of_each(name: str) -> Any:
 
 @intrinsic
 def root(typing: Any, value: Any) -> Any:
-    """See `plain.root`."""
+    """See `simd_arrays.root`."""
     return LANES(LANES), _of_each("sqrt")
 
 
 @intrinsic
 def nearest(typing: Any, value: Any) -> Any:
-    """See `plain.nearest`."""
+    """See `simd_arrays.nearest`."""
     return LANES(LANES), _of_each("rint")

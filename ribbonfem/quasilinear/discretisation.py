@@ -1,0 +1,100 @@
+"""The quasi-linear beam of a problem as arrays for compiled code; shapes of its rows of dofs."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from ribbonfem.ends.planar_kernels import PLACES
+from ribbonfem.results import Array
+from ribbonfem.stepping.kernels import KINK, STEPS, Ramp, Scheme
+
+from .kernels import beam, loop
+from .mesh import ENDS, mesh_of
+from .problem import Statics, _State
+
+
+@lru_cache(maxsize=32)
+def _matrices(elements: int, degree: int) -> tuple[beam.Matrix, beam.Matrix, beam.Matrix]:
+    """K, G and M of a mesh; kept."""
+    mesh = mesh_of(elements, degree)
+    n = mesh.count
+    stiffness, tension, mass = (
+        beam.Matrix(
+            band=np.ascontiguousarray(mesh.band(whole)),
+            ends=np.ascontiguousarray(whole[n:, :n]),
+            corner=np.ascontiguousarray(whole[n:, n:]),
+        )
+        for whole in (mesh.stiffness, mesh.tension, mesh.mass)
+    )
+    return stiffness, tension, mass
+
+
+def discretised(problem: Statics) -> beam.Beam:
+    """The beam as arrays for the compiled time loop."""
+    mesh = problem.mesh
+    stiffness, tension, mass = _matrices(problem.elements, problem.degree)
+    return beam.Beam(
+        stiffness=stiffness,
+        tension=tension,
+        mass=mass,
+        middle=mesh.middle[0].copy(),
+        height=mesh.height[: mesh.count].copy(),
+        weight=problem.heavy,
+        bent=problem.bent,
+        own=problem.own,
+        scale=problem.scale,
+        retardation=problem.scene.ribbon.retardation / problem.unit,
+    )
+
+
+def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
+    """The state of the time loop in an equilibrium, by the names of `beam.Motion`."""
+    n = problem.mesh.count
+    ends = np.zeros((3, ENDS))
+    ends[0] = state.z[n:]
+    still, clock = np.zeros(n), np.zeros(beam.CLOCK_SIZE)
+    clock[KINK] = 1.0
+    return {
+        "z": state.z[:n],
+        "v": still,
+        "a": still,
+        "auxiliary": still,
+        "load": np.array([state.load]),
+        "ends": ends,
+        "clock": clock,
+    }
+
+
+class MovingBeam:
+    """A beam in motion, as `stepping.integrate` runs it, from a state by the names of `beam.Motion`."""
+
+    def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
+        n = problem.mesh.count
+        self.scheme, self.problem = scheme, problem
+        self._dofs, self._rates = np.empty((2, rows, n + ENDS))
+        motion = beam.Motion(**{name: value.copy() for name, value in begin.items()})
+        self.clock = motion.clock
+        memory = beam.scratch(n, problem.mesh.width, scheme.stages)
+        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates)
+
+    def kept(self) -> dict[str, Array]:
+        """What it goes on from."""
+        return {name: value.copy() for name, value in self.model.motion._asdict().items()}
+
+    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
+        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocity."""
+        dofs, rates = self._dofs[:count], self._rates[:count]
+        mesh, scale, compression = self.problem.mesh, self.problem.scale, self.problem.compression
+        slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
+        shapes, velocities = mesh.shapes(dofs, compression), mesh.velocities(dofs, rates, compression)
+        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T, velocities
+
+    def run(self, ramp: Ramp, rows: Array) -> int:
+        """Go on until the end, or until the rows are full."""
+        if self.clock[STEPS] == 0.0:
+            # (of the first row, which is of no stage)
+            controls = ramp.ends.fixed + ramp.ends.reached[0] * ramp.ends.moved
+            self.model.scratch.controls[:, 0] = controls[list(PLACES)]
+        return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))
