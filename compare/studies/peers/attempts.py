@@ -158,7 +158,12 @@ def elastica_runs(
 ) -> list[Attempt]:
     """The elastica on these meshes and tolerances (None: the default)."""
     code = "elastica FEM, EA" if extensible else "elastica FEM"
-    given: dict[str, Any] = {"scene": PLANAR, "extensible": extensible, "until": "snap"}
+    given: dict[str, Any] = {
+        "scene": PLANAR,
+        "extensible": extensible,
+        "until": "snap",
+        "configurations": False,
+    }
     return [
         Attempt(
             code,

@@ -44,7 +44,7 @@ from .attempts import (
 )
 
 # of the elements in three dimensions: mesh and tolerance
-_ELEMENTS = ((8, None), (6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 1e-6))
+_ELEMENTS = ((8, None), (4, 1e-3), (4, 3e-4), (4, 1e-4), (6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 1e-6))
 DEFAULTS = "The elastica with its defaults"
 
 
@@ -127,8 +127,7 @@ class Peers:
 
 def _planar(truth: float, rounds: int, explicit: bool, sweep: Sweep) -> dict[str, Any]:
     """The planar snap in every code: `Peers`'s planar, shown, chosen and taken."""
-    choices = ((8, None), (6, 1e-4), (6, 3e-5), (8, 1e-5), (16, 1e-6), (24, 1e-7))
-    own, rods = elastica_runs(truth, True, choices), rod_runs(PLANAR, truth)
+    own, rods = elastica_runs(truth, True, (*_ELEMENTS, (24, 1e-7))), rod_runs(PLANAR, truth)
     ribbon = kirchhoff_runs(PLANAR, truth, _ELEMENTS)
     stiff = elastica_runs(attempts.planar_truth(False), False, ((8, None), (6, 3e-5)))
     exudyn = [] if peer_exudyn.missing() else exudyn_planar_runs(truth)
