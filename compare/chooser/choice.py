@@ -201,7 +201,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if result.angle - result.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    pair = levels.seconds(scene, levels.first_rung(scene, tolerance))
+    pair = levels.seconds(scene, levels.first_level(scene, tolerance))
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
     for beam in laws.planar.beam_runs:
         error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
@@ -216,10 +216,10 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
 
 def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion: bool) -> Choice:
     """Runs that check each other."""
-    rung = levels.first_rung(scene, tolerance)
-    count, local, *_ = levels.RUNGS[rung]
+    level = levels.first_level(scene, tolerance)
+    count, local, *_ = levels.LEVELS[level]
     options = {"elements": count, "tolerance": local, "extensible": True}
-    error, seconds = levels.scatter(scene, levels.RUNGS[rung + 1][1]), levels.seconds(scene, rung)
+    error, seconds = levels.scatter(scene, levels.LEVELS[level + 1][1]), levels.seconds(scene, level)
     model = levels.model_of(scene)
     return Elements(scene, quantity, tolerance, model, options, error, seconds, reason, motion=motion)
 
@@ -238,10 +238,10 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
     if law is None:
         reason = "sheared: elements of the Kirchhoff rod, each run checked by a finer one"
         return _elements(scene, tolerance, quantity, reason, motion)
-    rung, bound = law
-    count, local = laws.elements.levels[rung]
+    level, bound = law
+    count, local = laws.elements.levels[level]
     options = {"elements": count, "tolerance": local, "extensible": True}
-    seconds = laws.elements.seconds[rung]
+    seconds = laws.elements.seconds[level]
     reason = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L do, to "
     reason += f"{bound:.1e}, unless the run rattles: then finer ones check it"
     return Elements(scene, quantity, tolerance, "kirchhoff", options, bound, seconds, reason, motion=motion)

@@ -197,19 +197,19 @@ class RibbonLaws:
                 return tolerance, bounds[tolerance]
         return min(bounds), bounds[min(bounds)]
 
-    def mesh_error(self, start: str, rung: int) -> float:
-        """Estimated error that half of the scenes stay below with the meshes up to number `rung`."""
+    def mesh_error(self, start: str, level: int) -> float:
+        """Estimated error that half of the scenes stay below with the meshes up to number `level`."""
         kind = "U+S+" if start in ("U+S+", "U-S-") else "U+S-"
-        return float(self.data["mesh"][kind][rung - 1])
+        return float(self.data["mesh"][kind][level - 1])
 
     @staticmethod
-    def beginning(rung: int) -> slice:
-        """The meshes to begin with so that number `rung` is the finest: the three that are extrapolated."""
-        return slice(max(0, rung - 2), rung + 1)
+    def beginning(level: int) -> slice:
+        """The meshes to begin with so that number `level` is the finest: the three that are extrapolated."""
+        return slice(max(0, level - 2), level + 1)
 
-    def seconds(self, rung: int) -> float:
+    def seconds(self, level: int) -> float:
         """Median CPU seconds of the runs on the meshes to begin with."""
-        return float(sum(self.data["seconds"][self.beginning(rung)]))
+        return float(sum(self.data["seconds"][self.beginning(level)]))
 
 
 class ElementLaws:
@@ -221,9 +221,9 @@ class ElementLaws:
 
     Attributes
     ----------
-    levels: elements and tolerance (L) of each rung.
-    bound, typical: error of the snap (rad) that 98 % and half of the smooth scenes stay below, by rung.
-    seconds: CPU, median, by rung.
+    levels: elements and tolerance (L) of each level.
+    bound, typical: error of the snap (rad) that 98 % and half of the smooth scenes stay below, by level.
+    seconds: CPU, median, by level.
     rate, damping: what was measured, times t*.
     """
 

@@ -28,7 +28,7 @@ from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
 
 # Elements and tolerance (L) of runs that check each other, no two on the same mesh; typical CPU seconds,
 # of the Kirchhoff rod and of the elastica.
-RUNGS = (
+LEVELS = (
     (4, 1e-4, 0.01, 0.0035),
     (6, 3e-5, 0.013, 0.0047),
     (8, 1e-5, 0.018, 0.0056),
@@ -86,23 +86,23 @@ def covered(scene: Scene, laws: ElementLaws) -> bool:
     )
 
 
-def first_rung(scene: Scene, tolerance: float) -> int:
-    """The number of the rung to begin with: the next is the first whose scatter leaves some room."""
+def first_level(scene: Scene, tolerance: float) -> int:
+    """The number of the level to begin with: the next is the first whose scatter leaves some room."""
     # (the last but one: of the finest runs three are better than two)
-    last = len(RUNGS) - 2
-    fits = (k for k in range(1, last) if scatter(scene, RUNGS[k][1]) <= 0.5 * tolerance)
+    last = len(LEVELS) - 2
+    fits = (k for k in range(1, last) if scatter(scene, LEVELS[k][1]) <= 0.5 * tolerance)
     return next(fits, last) - 1
 
 
 def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float] | None:
-    """The rung of the laws on which one run will do, where that is cheaper than two, and its error."""
+    """The level of the laws on which one run will do, where that is cheaper than two, and its error."""
     if not covered(scene, laws):
         return None
     bounds = [max(b, scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.levels, strict=True)]
-    rung = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
-    if rung is None or laws.seconds[rung] > seconds(scene, first_rung(scene, tolerance)):
+    level = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
+    if level is None or laws.seconds[level] > seconds(scene, first_level(scene, tolerance)):
         return None
-    return rung, bounds[rung]
+    return level, bounds[level]
 
 
 def model_of(scene: Scene) -> str:
@@ -110,10 +110,10 @@ def model_of(scene: Scene) -> str:
     return "elastica" if scene.planar else "kirchhoff"
 
 
-def seconds(scene: Scene, rung: int) -> float:
-    """Typical CPU seconds of the two runs that begin with a rung."""
+def seconds(scene: Scene, level: int) -> float:
+    """Typical CPU seconds of the two runs that begin with a level."""
     place = 3 if scene.planar else 2
-    return RUNGS[rung][place] + RUNGS[rung + 1][place]
+    return LEVELS[level][place] + LEVELS[level + 1][place]
 
 
 def _closing(values: list[float | None]) -> bool:
@@ -160,9 +160,9 @@ def elements(
     if law:
         # if it rattles, finer ones check it
         single = laws.levels[law[0]]
-        meshes = [single, *((n, t) for n, t, *_ in RUNGS if t < single[1])]
+        meshes = [single, *((n, t) for n, t, *_ in LEVELS if t < single[1])]
     else:
-        meshes = [(n, t) for n, t, *_ in RUNGS[first_rung(scene, tolerance) :]]
+        meshes = [(n, t) for n, t, *_ in LEVELS[first_level(scene, tolerance) :]]
     runs: list[Run] = []
     values: list[float | None] = []
     scatters: list[float] = []
