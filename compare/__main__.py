@@ -162,12 +162,12 @@ def _unknown(command: str) -> NoReturn:
     raise SystemExit(2)
 
 
-def _told(left_out: dict[str, str], prog: str) -> None:
+def _warn_of_left_out(left_out: dict[str, str], prog: str) -> None:
     for file, reason in left_out.items():
         complain(f"{prog}: left out of the report: {file}: {reason}")
 
 
-def _ask(command: Command, options: dict[str, Any], names: Sequence[str]) -> int:
+def _perform(command: Command, options: dict[str, Any], names: Sequence[str]) -> int:
     """Compute, write, show."""
     from compare.archive import finite
     from compare.report.folder import PAGE, require_room
@@ -201,7 +201,7 @@ def _ask(command: Command, options: dict[str, Any], names: Sequence[str]) -> int
         section, left_out = publish(command, result, out, progress)
         if not command.keep and sweep.store is not None:
             sweep.store.clear()
-    _told(left_out, prog)
+    _warn_of_left_out(left_out, prog)
     with printing():
         if options["json"]:
             print(json.dumps(finite(section.values), indent=1, allow_nan=False))
@@ -245,7 +245,7 @@ def _report(arguments: Sequence[str]) -> int:
             else:
                 drawn.append(name)
     left_out = write_page(out, ORDER) | failed
-    _told(left_out, f"ribbonfem {REPORT}")
+    _warn_of_left_out(left_out, f"ribbonfem {REPORT}")
     with printing():
         if options.json:
             print(json.dumps({"redrawn": drawn, "left_out": left_out}, indent=1))
@@ -349,7 +349,7 @@ def _called(name: str, arguments: Sequence[str]) -> int:
     parser.add_argument("--processes", type=_whole, help="worker processes (default one a processor)")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on a Dask cluster instead ([cluster] extra)")
     _common(parser)
-    return _ask(command, vars(parser.parse_args(arguments)), names)
+    return _perform(command, vars(parser.parse_args(arguments)), names)
 
 
 def _run(command: str, arguments: Sequence[str]) -> int:

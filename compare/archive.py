@@ -41,6 +41,7 @@ _MOVED = (
     ("compare.studies.calibrate.study", "compare.studies.calibrate"),
     ("compare.reproduction.named", "compare.reproduction.named_runs"),
     ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
+    ("compare.reproduction.folds.shear", "compare.reproduction.folds.shear_section"),
 )
 # records and fields by their names of the version before
 _CLASSES = {"compare.commands.run:Asked": "RunResult"}

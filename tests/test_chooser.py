@@ -7,8 +7,7 @@ import pytest
 
 import compare
 import der
-from compare.chooser import levels, references
-from compare.chooser import refinement as climb
+from compare.chooser import levels, references, refinement
 from compare.chooser.choice import FLAT, choose, stays_planar
 from compare.chooser.cost_laws import BeamRun, beam_units, shipped
 from compare.chooser.random_scenes import random_scene
@@ -225,7 +224,7 @@ def test_the_limit_of_meshes():
 
 
 def test_snaps_that_meshes_do_not_share_are_not_extrapolated():
-    rods = climb._Rods(RATTLE, "snap", 1e-4, False)
+    rods = refinement._Rods(RATTLE, "snap", 1e-4, False)
     rods.meshes, rods.values = [31, 51, 76], [0.4, None, 0.41]
     assert rods.limit() == (None, math.inf)
     rods.values = [None, None, None]
@@ -289,7 +288,7 @@ def test_the_claimed_error_covers_the_true_one(planar):
     for _ in range(2):
         scene = random_scene(rng, planar=planar)
         run = {"elements": 16, "tolerance": 5e-8, "extensible": True, "configurations": False}
-        truth = kirchhoff.simulate(climb.endless(scene), until="snap", **run).crossing()[1]
+        truth = kirchhoff.simulate(refinement.endless(scene), until="snap", **run).crossing()[1]
         for tolerance in (1e-3, 1e-4, 1e-5):
             answer = choose(scene, tolerance).run()
             assert answer.met

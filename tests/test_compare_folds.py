@@ -11,7 +11,7 @@ from compare.report.folder import PAGE
 from compare.report.registry import publish
 from compare.reproduction import sheared
 from compare.reproduction.folds import command as folds
-from compare.reproduction.folds import shear as shear_figures
+from compare.reproduction.folds import shear_section
 from compare.sweep import Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
 
@@ -28,10 +28,10 @@ def section(tmp_path_factory):
         patch.setattr(folds, "FINEST", 20)
         patch.setattr(folds, "BOUND_SCENES", (Scene(shear=0.37), Scene(shear=0.40), SKIPPED))
         patch.setattr(sheared, "RODS_EVERY", 0.12)
-        patch.setattr(shear_figures, "MAPPED", (0.10, 0.20))
-        patch.setattr(shear_figures, "LINES", (0.1, 0.2, 0.4, 0.65))
-        patch.setattr(shear_figures, "COMPRESSIONS", (0.4,))
-        patch.setattr(shear_figures, "TABULATED", (0.40, 0.60))
+        patch.setattr(shear_section, "MAPPED", (0.10, 0.20))
+        patch.setattr(shear_section, "LINES", (0.1, 0.2, 0.4, 0.65))
+        patch.setattr(shear_section, "COMPRESSIONS", (0.4,))
+        patch.setattr(shear_section, "TABULATED", (0.40, 0.60))
         result = folds.main(
             elements=12,
             nodes=(51, 71, 101),

@@ -146,7 +146,7 @@ def test_a_fold_near_the_taut_end_is_refined_until_it_is_met():
 
 
 def test_an_error_that_is_too_large_is_said():
-    """No mesh of the ladder settles this fold to 1e-9: its error is what the last two meshes show."""
+    """None of the meshes settles this fold to 1e-9: its error is what the last two meshes show."""
     scene = Scene(compression=0.30, shear=0.60, start="S+", ribbon=Ribbon(thickness=0.002))
     loose = choose(scene, 1e-3, "fold").run()
     assert loose.met

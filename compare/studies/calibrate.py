@@ -30,7 +30,7 @@ from .study import Study
 # meshes of rods that are run one after the other until their extrapolation has settled
 MESHES = (31, 51, 76, 101, 151, 201, 301)
 # elements and tolerances that are run one after the other until two agree
-LADDER = ((4, 1e-4), (6, 3e-5), (8, 1e-5), (8, 3e-6), (10, 1e-6), (12, 3e-7))
+LEVELS = ((4, 1e-4), (6, 3e-5), (8, 1e-5), (8, 3e-6), (10, 1e-6), (12, 3e-7))
 # what the laws cover: dL/L, h/L; rates and dampings times t* take in 1e-4..1 rad/s and 1e-2..1e2 1/s
 COMPRESSIONS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 RATES = tuple(10.0 ** np.arange(-4.0, 0.26, 0.25))
@@ -192,7 +192,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
 
 
 def _elements(scene: Scene) -> list[tuple[float, float, bool]]:
-    return [random_scenes.element_snap(scene, elements, tolerance) for elements, tolerance in LADDER]
+    return [random_scenes.element_snap(scene, elements, tolerance) for elements, tolerance in LEVELS]
 
 
 def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -210,7 +210,7 @@ def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     seconds = np.median([[run[1] for run in runs] for runs in result], axis=0)
     unit = Ribbon().inertial_time
     return {
-        "ladder": [list(level) for level in LADDER],
+        "ladder": [list(level) for level in LEVELS],
         "bound": rounded([*bound, 0.4 * bound[-1]], 2),
         "typical": rounded([*typical, 0.4 * typical[-1]], 2),
         "seconds": rounded(seconds, 2),
@@ -360,7 +360,7 @@ def tables(result: Calibration) -> Iterator[Table]:
             ["elements", "tolerance", "bound", "median", "CPU s"],
             [[str(level[0]), level[1], *rest] for level, *rest in zip(*laws_of, strict=True)],
             ["s", ".0e", ".1e", ".1e", ".3f"],
-            f"Against the last, of {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
+            f"Against the last level, {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
         )
     if result.drift:
         note = "Of the meshes' errors: the logarithm of their ratio."

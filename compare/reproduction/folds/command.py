@@ -20,8 +20,8 @@ from compare.sweep import Progress, Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
 from ribbonfem.options import whole_number, within
 
-from . import shear
-from .paths import draw_critical, draw_paths
+from . import shear_section
+from .path_figures import draw_critical, draw_paths
 
 # the paper's two paths (Fig. 4), the scenes of its dynamics, and planar beams
 SCENES: tuple[tuple[str, Scene], ...] = (
@@ -224,7 +224,7 @@ class Folds:
     records: dict[str, list[dict[str, Any]]]
     paths: Paths
     swept: dict[str, tuple[Swept, ...]]
-    sheared: shear.Sheared
+    sheared: shear_section.Sheared
 
 
 def main(
@@ -283,7 +283,7 @@ def main(
         },
         paths=paths,
         swept={name: done[k * len(swept) :][: len(swept)] for k, (name, _) in enumerate(groups)},
-        sheared=shear.compute(
+        sheared=shear_section.compute(
             sweep, step=phase_step, columns=columns, rows=rows, elements=drawn, nodes=counts[0]
         ),
     )
@@ -301,7 +301,7 @@ def summary(result: Folds) -> list[str]:
         f"{abs(worst['difference']):.1e} rad, at {worst['scene']}, fold {worst['fold']}.",
         f"A list of folds takes the finite elements {slowest:.2f} s or less; their errors are in the "
         "second table.",
-        *shear.summary(result.sheared),
+        *shear_section.summary(result.sheared),
     ]
 
 
@@ -357,7 +357,7 @@ def tables(result: Folds) -> list[Table]:
             "Energies at rest. Where the difference is negative, a ribbon that leaves its first fold at "
             "rest cannot pass on to U- without U+S-; where it is positive it may, if little is damped.",
         ),
-        *shear.tables(result.sheared),
+        *shear_section.tables(result.sheared),
     ]
 
 
@@ -378,12 +378,12 @@ def drawings(result: Folds) -> Iterator[Drawing]:
         "symbols without a line, at alpha < -0.5, lie on what is detached in the limit.",
         draw_critical(list(result.swept.items()), result.nodes[1]),
     )
-    yield from shear.drawings(result.sheared)
+    yield from shear_section.drawings(result.sheared)
 
 
 def values(result: Folds) -> dict[str, Any]:
     """The numbers for programs."""
-    return {**result.records, **shear.values(result.sheared)}
+    return {**result.records, **shear_section.values(result.sheared)}
 
 
 COMMAND = Command(

@@ -31,7 +31,7 @@ from ribbonfem.kirchhoff import Pitchforks
 from ribbonfem.output.style import colormaps, draw_curve, figure
 from ribbonfem.results import RestState
 
-from .bound import bound_column, draw_bound, zero_of
+from .bound_map import bound_column, draw_bound, zero_of
 
 
 def _draw_heights(ax: Any, result: Sequence[Heights]) -> None:
