@@ -116,8 +116,8 @@ def test_discrete_gradients_balance_the_energy_of_a_force_to_rounding():
 
 def test_small_motions_decay_as_the_material_says():
     """phi.(nu M + tau K_material) phi / 2 of each mode, K_material without what the loads do."""
-    ribbon = Ribbon(retardation=2e-4)
-    scene = Scene(drive="force", stop=1.0, damping=0.05, gravity=(0.0, 0.0, -1.0), ribbon=ribbon)
+    ribbon = Ribbon(retardation=1e-4)
+    scene = Scene(drive="force", stop=1.0, damping=0.025, gravity=(0.0, 0.0, -1.0), ribbon=ribbon)
     rod = Rod(scene, 31)
     problem, state = Statics(rod), start_state(rod)
     first, last = rod.free.start, rod.free.stop
@@ -138,8 +138,10 @@ def test_small_motions_decay_as_the_material_says():
         kinetic, elastic, potential, *_ = result.energies.values()
         energy = kinetic + elastic + potential
         energy -= problem.potential(state)
-        slope = np.polyfit(result.time / ribbon.inertial_time, np.log(energy), 1)[0]
-        assert slope == pytest.approx(-rate, rel=3e-3)
+        # where it turns, for in between it is lost in pulses
+        turns = np.flatnonzero((kinetic[1:-1] < kinetic[:-2]) & (kinetic[1:-1] <= kinetic[2:])) + 1
+        slope = np.polyfit(result.time[turns] / ribbon.inertial_time, np.log(energy[turns]), 1)[0]
+        assert slope == pytest.approx(-rate, rel=1e-4)
 
 
 def hessian_at(rod, state, rise):
