@@ -75,22 +75,24 @@ class Statics:
 
     def clamps(self, parameter: float) -> tuple[Array, Array]:
         """Positions (4, 3) of the first two and last two nodes, and m1 (2, 3) of the first and last edge."""
-        (a, b, c, d), at = self._held, self.ends.controls(parameter).tolist()
+        (a, b, c, d), (fixed, moved) = self._held, self.ends.numbers
+        left, right, rolled, other = (fixed[k] + moved[k] * parameter for k in range(4))
         x, y, z = self.ends.reach(parameter)[0].tolist()
-        p, q, u, v = math.cos(at[0]), -math.sin(at[0]), math.cos(at[1]), math.sin(at[1])
-        ends = [a * p, 0.0, a * q], [b * p, 0.0, b * q], [x + c * u, y, z + c * v], [x + d * u, y, z + d * v]
-        m1 = [
-            [math.cos(twist) * math.sin(turn), -math.sin(twist), math.cos(twist) * math.cos(turn)]
-            for turn, twist in ((at[0], at[2]), (-at[1], at[3]))
-        ]
+        p, q, u, v = math.cos(left), -math.sin(left), math.cos(right), math.sin(right)
+        ends = (a * p, 0.0, a * q), (b * p, 0.0, b * q), (x + c * u, y, z + c * v), (x + d * u, y, z + d * v)
+        m1 = (
+            (-math.cos(rolled) * q, -math.sin(rolled), math.cos(rolled) * p),
+            (-math.cos(other) * v, -math.sin(other), math.cos(other) * u),
+        )
         return np.array(ends), np.array(m1)
 
     def clamp_rate(self, parameter: float) -> Array:
         """Derivative (4 N,) of the fixed unknowns in the parameter."""
-        (a, b, c, d), at, by = self._held, self.ends.controls(parameter).tolist(), self.ends.moved.tolist()
+        (a, b, c, d), (fixed, by) = self._held, self.ends.numbers
+        left, right = fixed[0] + by[0] * parameter, fixed[1] + by[1] * parameter
         x, y, z = self.ends.reach(parameter)[1].tolist()
-        p, q = -by[0] * math.sin(at[0]), -by[0] * math.cos(at[0])
-        u, v = -by[1] * math.sin(at[1]), by[1] * math.cos(at[1])
+        p, q = -by[0] * math.sin(left), -by[0] * math.cos(left)
+        u, v = -by[1] * math.sin(right), by[1] * math.cos(right)
         rate = np.zeros(4 * self.rod.nodes)
         rate[:8] = a * p, 0.0, a * q, by[2], b * p, 0.0, b * q, 0.0
         rate[-8:] = x + c * u, y, z + c * v, by[3], x + d * u, y, z + d * v, 0.0

@@ -79,17 +79,24 @@ class Ends:
 
     def left(self, parameter: float) -> tuple[Array, Array]:
         """Quaternion (4,) of the left clamp, and its derivative in the parameter."""
-        f, m = self._numbers
+        f, m = self.numbers
         return _turn(f[0] + m[0] * parameter, f[2] + m[2] * parameter, m[0], m[2])
 
     def right(self, parameter: float) -> tuple[Array, Array]:
         """The same of the right clamp."""
-        f, m = self._numbers
+        f, m = self.numbers
         return _turn(-f[1] - m[1] * parameter, f[3] + m[3] * parameter, -m[1], m[3])
 
     @cached_property
-    def _numbers(self) -> tuple[list[float], list[float]]:
+    def numbers(self) -> tuple[list[float], list[float]]:
+        """`fixed` and `moved` as numbers: sums of few are quicker so."""
         return self.fixed.tolist(), self.moved.tolist()
+
+    @cached_property
+    def _rates(self) -> tuple[Array, Array]:
+        # derivatives of the chord and of the force in the parameter
+        by = self.moved
+        return np.array([-by[4], -by[5], by[6]]), np.array([0.0, 0.0, -by[7]])
 
     @cached_property
     def pushes(self) -> bool:
@@ -98,14 +105,14 @@ class Ends:
 
     def reach(self, parameter: float) -> tuple[Array, Array]:
         """r(1) - r(0) (3,) in L, and its derivative."""
-        at, by = self.controls(parameter), self.moved
-        shift, rate = np.array([-at[4], -at[5], at[6]]), np.array([-by[4], -by[5], by[6]])
-        return self.chord + shift, rate
+        f, m = self.numbers
+        x, y, z = (f[k] + m[k] * parameter for k in (4, 5, 6))
+        return self.chord + (-x, -y, z), self._rates[0]
 
     def force(self, parameter: float) -> tuple[Array, Array]:
         """The dead force (3,) at midspan, EI2/L^2, and its derivative."""
-        at = self.controls(parameter)
-        return np.array([0.0, 0.0, -at[7]]), np.array([0.0, 0.0, -self.moved[7]])
+        f, m = self.numbers
+        return np.array((0.0, 0.0, -f[7] - m[7] * parameter)), self._rates[1]
 
     def height(self, parameter: float) -> float:
         """The mean height of both clamps, in L."""
