@@ -121,7 +121,7 @@ class Instant:
 
 
 def instant(history: History, time: float) -> Instant:
-    """The shape of a run at a time in s, interpolated through its steps (`crossings.between`)."""
+    """The shape of a run at a time in s, interpolated through its steps (`events.between`)."""
     times, angles, heights, slopes, velocities = history.track
     k = min(max(1, int(np.searchsorted(times, time))), len(times) - 1)
     if k == 0:

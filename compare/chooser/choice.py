@@ -1,6 +1,6 @@
 """`choose`: which model, mesh and tolerance give one number of a scene to an accuracy at least cost.
 
-`choose` plans, from the measured laws of `laws` and in a millisecond; `Choice.run` does it (`plans`).
+It chooses by the measured laws of `cost_laws`, in a millisecond; `Choice.run` runs it (`strategies`).
 In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;

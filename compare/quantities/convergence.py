@@ -205,7 +205,7 @@ def convergence(
     ----------
     model: quasilinear, elastica, kirchhoff or der, the module or its name.
     scene: see `ribbonfem.Scene`; quantities of a motion need its `stop`.
-    quantity: a name in `accuracy_measures.QUANTITIES` ("fold", "first fold", "snap", "first snap",
+    quantity: a name in `measure.QUANTITIES` ("fold", "first fold", "snap", "first snap",
         "shape", "energy", "height", "balance"), or a function, called as quantity(model, scene,
         **options) with the model's module, that returns a number or an array.
     over: one of "elements", "nodes", "step", "tolerance" and its values, in any order.

@@ -11,7 +11,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.references import by_reference
 
 LEFT, RIGHT, TWIST_LEFT, TWIST_RIGHT, COMPRESSION, SHEAR, LIFT, FORCE = range(8)
-# what a `Pose` of both ends holds: quaternions, spins in the body's axes and their rates; place, velocity and
+# what a pose of both ends holds: quaternions, spins in the body's axes and their rates; place, velocity and
 # acceleration of the right clamp; the force at midspan; the control and its rate
 FRAME, SPIN, SPIN_RATE, PLACE, SPEED, CHANGE, PUSH, CONTROL, RATE = 0, 8, 14, 20, 23, 26, 29, 30, 31
 POSE_SIZE = 32

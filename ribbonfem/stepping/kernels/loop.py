@@ -1,7 +1,7 @@
 """The time loop common to all finite elements: steps, their control, kinks of the controls, output rows.
 
-It knows a model by its `ModelFunctions` alone: a model makes its own loop of them (`beams.run`,
-`kirchhoff.kernels.loop.run`).
+It knows a model by its `ModelFunctions` alone: a model makes its own loop of them
+(`elastica.kernels.loop.run`, `kirchhoff.kernels.loop.run`).
 """
 
 from __future__ import annotations
