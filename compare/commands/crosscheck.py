@@ -299,7 +299,7 @@ def main(
     )
 
 
-def words(result: Crosscheck) -> list[str]:
+def summary(result: Crosscheck) -> list[str]:
     """What was asked, found, and how sure it is."""
     sigma, mu, height = result.closed
     apart = abs(result.snaps[-1][2])
@@ -382,7 +382,7 @@ COMMAND = Command(
     title="Folds of the planar beam, side by side",
     takes="about ten seconds; the first time, with compiling, a minute",
     main=main,
-    words=words,
+    summary=summary,
     tables=tables,
     drawings=drawings,
     values=values,

@@ -76,7 +76,7 @@ COMMAND = Command(
     title=lambda result: f"Where {result.outcome} begins or ends",
     takes="some 20 seconds",
     main=main,
-    words=summary,
+    summary=summary,
     tables=tables,
     values=values,
 )

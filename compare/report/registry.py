@@ -62,7 +62,7 @@ class Command:
     takes: how long, on two cores.
     main: computes and returns one frozen result, enough to show everything again; its keyword
         parameters are the command's options, its docstring is their help.  It writes nothing.
-    words, tables, drawings, values: of a result; no model is called in them.  Words are its summary.
+    summary (sentences), tables, drawings, values: of a result; no model is called in them.
     files: text files that belong beside the report, by name, of a result.
     films: what the report shows of the films of a result (GIF) and its interactive views (HTML).
     export: writes films, views and frames of a result into a folder, last; is given a `Progress` too.
@@ -76,7 +76,7 @@ class Command:
     title: str | Callable[[Any], str]
     takes: str
     main: Callable[..., Any]
-    words: Callable[[Any], list[str]]
+    summary: Callable[[Any], list[str]]
     values: Callable[[Any], dict[str, Any]]
     tables: Callable[[Any], Iterable[Table]] = _nothing
     drawings: Callable[[Any], Iterable[Drawing]] = _nothing
@@ -92,7 +92,7 @@ class Command:
         """What the report shows of a result, its pictures aside."""
         title = self.title if isinstance(self.title, str) else self.title(result)
         name = self.section_name(result) if self.section_name else self.name
-        return Section(name, title, self.words(result), tuple(self.tables(result)), (), self.values(result))
+        return Section(name, title, self.summary(result), tuple(self.tables(result)), (), self.values(result))
 
 
 def publish(

@@ -56,7 +56,7 @@ def command(name: str, main: Callable[..., Diagrams], takes: str) -> Command:
         title=f"Mode {name} over rate and damping",
         takes=takes,
         main=main,
-        words=report.summary,
+        summary=report.summary,
         tables=lambda result: report.tables(result, named),
         drawings=lambda result: report.drawings(result, named, name),
         values=report.values,

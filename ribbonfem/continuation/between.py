@@ -1,4 +1,4 @@
-"""Places inside a step of a curve: where a test of its points changes sign."""
+"""Root finding inside a step of a curve: where a test function of its points changes sign."""
 
 from __future__ import annotations
 

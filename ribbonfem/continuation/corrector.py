@@ -1,4 +1,4 @@
-"""Equilibrium equations, the points of a curve of equilibria, and Newton from one to the next.
+"""Predictor and Newton corrector of a curve of equilibria; its `Problem`, points, `Steps`; bordered solves.
 
 A model states its equilibrium equations ``F(u, p) = 0`` as a `Problem`; everything here works
 on that and knows no mechanics.  Tangents ``J = F_u`` are symmetric (they come from an energy

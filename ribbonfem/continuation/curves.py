@@ -1,4 +1,4 @@
-"""Whole curves of equilibria and slow ramps along them, for any model's `Problem`."""
+"""Whole curves of equilibria, folds that a slow ramp meets, and kinds of instability, of any `Problem`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pseudo-arclength continuation of equilibria, shared by all models.
+"""Steps along a curve of equilibria: their control, folds and branch points, switching, where a curve ends.
 
 Curves are followed in any parameter of a `Problem`; their folds and branch points are located,
 another curve is switched to, and a curve that closes or leaves its span is recognised.

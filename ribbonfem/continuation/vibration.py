@@ -1,4 +1,4 @@
-"""Small motions about an equilibrium of any model: its angular frequencies."""
+"""Angular frequencies of small undamped motions about an equilibrium: a generalised eigenvalue problem."""
 
 from __future__ import annotations
 

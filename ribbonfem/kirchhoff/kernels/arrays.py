@@ -1,4 +1,4 @@
-"""What the compiled time loop of the Kirchhoff rod works on: clock, rows, state and memory."""
+"""Arrays of the compiled time loop of the Kirchhoff rod: columns of a row, state, scratch memory."""
 
 from __future__ import annotations
 

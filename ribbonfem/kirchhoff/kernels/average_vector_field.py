@@ -1,4 +1,4 @@
-"""A step of the Kirchhoff rod that balances its energy to rounding, however long it is.
+"""A step of the Kirchhoff rod by the average vector field: its energy balances to rounding at any step.
 
 The midpoint rule, with the moments' mean along the step (average vector field): each frame turns
 from g0 to g1 = g0 exp(psi / 2) about one axis, its spin over the step is psi's first component,

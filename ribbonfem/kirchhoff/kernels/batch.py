@@ -1,4 +1,4 @@
-"""What the nodes of a rod have, for its elements four at a time (`jit.groups`)."""
+"""Gathering: values of a rod's nodes into arrays of its elements, four at a time (`jit.groups`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Elimination inside the elements of a Kirchhoff rod, and the band that is left (see `tangent`)."""
+"""Static condensation of the inner nodes of each element of a Kirchhoff rod, and the band that is left."""
 
 from __future__ import annotations
 

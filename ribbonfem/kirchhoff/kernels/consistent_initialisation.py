@@ -1,4 +1,4 @@
-"""Hidden constraints of the Kirchhoff rod: velocities, accelerations and forces that fit its clamp."""
+"""Consistent velocities, accelerations and forces of the Kirchhoff rod where its clamps' speed jumps."""
 
 from __future__ import annotations
 

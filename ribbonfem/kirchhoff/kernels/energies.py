@@ -1,4 +1,4 @@
-"""What the rows of a motion tell of a Kirchhoff rod: energies, reactions, the power of its controls."""
+"""Energies, reactions at the clamps and power of the controls, of a state of the Kirchhoff rod in motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The material of a Kirchhoff rod in motion: what strains count from, and their rates (`ribbonfem.material`).
+"""Constitutive law of the Kirchhoff rod in motion: reference strains and Kelvin-Voigt rates (`material`).
 
 Strains of a group's Gauss point are (tau, -kappa2, kappa1) and the stretch, in arrays (G, P, 4, WIDTH).  A
 rod that does not retard needs none of them kept: its arrays hold no groups.

@@ -1,4 +1,4 @@
-"""The time loop of the Kirchhoff rod: what it predicts, solves, measures and keeps (`stepping`).
+"""What the common time loop (`stepping`) calls of the Kirchhoff rod: guess, stage, error, acceptance, row.
 
 Unknowns of a stage are its rates; the rotations are those of the last instant turned further,
 so that nothing is added that does not add.  All state is in `Motion` and its clock.

@@ -1,4 +1,4 @@
-"""Newton on a stage of the Kirchhoff rod, and its guesses.
+"""Newton on a stage of the Kirchhoff rod: predictor, increments of rotations, convergence.
 
 The factors of a tangent are kept over iterations, stages and steps, as long as they serve.
 Guesses of g, n and a are polynomials through the last stages solved, in quaternions: their

@@ -1,4 +1,4 @@
-"""What is left over of the equations of a Kirchhoff rod in motion.
+"""Residual of the equations of motion of the Kirchhoff rod at a stage of any implicit method.
 
 Every stage of every method solves the same, with x = xp + b a and v = vp + f a:
 

@@ -1,4 +1,4 @@
-"""A Kirchhoff rod in motion as arrays, and the memory in which it is solved.
+"""Constants of a Kirchhoff rod in motion as arrays (mesh, inertia, stiffness, weight), and solver memory.
 
 Nodes are the Gauss-Lobatto nodes of elements of degree P; frames g are the unit quaternions of
 `statics`, forces n are kept by their values at the P Gauss points.  `x` (nodes, 4) holds position

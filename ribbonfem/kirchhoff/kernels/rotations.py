@@ -1,4 +1,4 @@
-"""Turns of the frames of a Kirchhoff rod, unit quaternions."""
+"""Rotations of the nodes' frames by increments, as unit quaternions; rotation vectors between two states."""
 
 from __future__ import annotations
 
