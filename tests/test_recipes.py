@@ -56,7 +56,7 @@ COMMAND = '''
         title="Heights of the buckled beam",
         takes="no time",
         main=main,
-        words=lambda found: [f"{len(found.heights)} heights."],
+        summary=lambda result: [f"{len(result.heights)} heights."],
         values=lambda found: {"heights": list(found.heights.values())},
         tables=lambda found: [
             Table("Heights", ["dL/L", "z"], list(map(list, found.heights.items())), [".2f", ".4f"])
