@@ -24,7 +24,7 @@ import numpy as np
 
 from compare.models import MODELS
 from compare.sweep import Progress, Sweep
-from compare.sweep.pool import WorkerPool, pool_of
+from compare.sweep.pool import WorkerPool, interrupts_held_back, pool_of, result_of
 from compare.sweep.pool import alone as no_workers
 from compare.sweep.task import edition
 from ribbonfem import Scene
@@ -186,8 +186,12 @@ class Background:
         def result() -> Result:
             # of workers that were lost the process that needs it does the work
             with suppress(BrokenExecutor):
-                if not future.cancel():
-                    return future.result()
+                with interrupts_held_back() as interrupts:
+                    begun = not future.cancel()
+                if interrupts:
+                    raise KeyboardInterrupt
+                if begun:
+                    return result_of(future)
             return made()
 
         return result

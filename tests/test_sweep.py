@@ -239,6 +239,30 @@ def test_an_interrupt_ends_the_workers(tmp_path):
     assert not any(map(alive, workers))
 
 
+# an interrupt that comes while a future's lock is taken
+LOCKED = """
+    import signal
+    from concurrent.futures import _base
+
+    enter, rest = _base._AcquireFutures.__enter__, [3]
+
+    def interrupted(self):
+        enter(self)
+        rest[0] -= 1
+        if rest[0] == 0:
+            signal.raise_signal(signal.SIGINT)
+
+    _base._AcquireFutures.__enter__ = interrupted
+"""
+
+
+def test_an_interrupt_takes_no_lock_along(tmp_path):
+    process = start(tmp_path, 2, textwrap.dedent(LOCKED) + textwrap.dedent(SCRIPT))
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGINT
+    assert "KeyboardInterrupt" in told
+
+
 def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with Sweep(folder=tmp_path / "file" / "below", processes=1) as sweep, pytest.raises(NotADirectoryError):

@@ -16,12 +16,14 @@ import time
 import types
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from typing import TypeVar
 
-# seconds after which a worker notices that its parent is gone
-_WATCH = 1.0
+Result = TypeVar("Result")
+# seconds after which a worker notices that its parent is gone, and for which an interrupt is held back
+_WATCH, MOMENT = 1.0, 0.2
 # what libraries of linear algebra read their number of threads from
 _THREADS = (
     "OMP_NUM_THREADS",
@@ -75,6 +77,36 @@ def _without_main() -> Iterator[None]:
             sys.modules["__main__"] = main
 
 
+@contextmanager
+def interrupts_held_back() -> Iterator[list[int]]:
+    """Hold an interrupt back, and list that it came: who calls raises it as soon as that does no harm.
+
+    Futures and executors take locks in Python: interrupted just then they would never be let go of, and the
+    process could not end.
+    """
+    came: list[int] = []
+    mine = threading.current_thread() is threading.main_thread()
+    if not mine or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield came
+        return
+    signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def result_of(future: Future[Result]) -> Result:
+    """The result of a future, once it is there; an interrupt comes in between."""
+    while True:
+        with interrupts_held_back() as interrupts:
+            done, _ = wait([future], timeout=MOMENT)
+            if done and not interrupts:
+                return future.result()
+        if interrupts:
+            raise KeyboardInterrupt
+
+
 def alone() -> bool:
     """Whether this process may have no workers: it is a worker of a pool that lets it have none."""
     return multiprocessing.current_process().daemon
@@ -95,14 +127,17 @@ class WorkerPool(ProcessPoolExecutor):
 
     def end(self) -> None:
         """Stop at once, whatever is running."""
-        workers = list((self._processes or {}).values())
-        self.shutdown(wait=False, cancel_futures=True)
-        for worker in workers:
-            worker.terminate()
-        for worker in workers:
-            worker.join(timeout=5.0)
-            if worker.is_alive():
-                worker.kill()
+        with interrupts_held_back() as interrupts:
+            workers = list((self._processes or {}).values())
+            self.shutdown(wait=False, cancel_futures=True)
+            for worker in workers:
+                worker.terminate()
+            for worker in workers:
+                worker.join(timeout=5.0)
+                if worker.is_alive():
+                    worker.kill()
+        if interrupts:
+            raise KeyboardInterrupt
 
 
 def _load(module: str) -> None:

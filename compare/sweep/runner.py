@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .pool import WorkerPool, alone, processors
+from .pool import MOMENT, WorkerPool, alone, interrupts_held_back, processors
 from .progress import Progress
 from .store import Store
 from .task import Failure, Task
@@ -189,25 +189,34 @@ class Sweep:
         ahead = len(left) if self._given is not None else _AHEAD * self.processes
         try:
             while left or running:
-                lost = False
-                try:
-                    while left and len(running) < ahead:
-                        task = tasks[left[-1]]
-                        future = self._executor().submit(perform, task.function, task.argument, failures)
-                        running[future] = left.pop()
-                except BrokenExecutor:
-                    lost = True
-                done, _ = wait(running, return_when=FIRST_COMPLETED) if running else (set(), set())
-                for future in done:
-                    number = running.pop(future)
+                lost, finished = False, []
+                failed: Exception | None = None
+                with interrupts_held_back() as interrupts:
                     try:
-                        result = future.result()
+                        while left and len(running) < ahead:
+                            task = tasks[left[-1]]
+                            future = self._executor().submit(perform, task.function, task.argument, failures)
+                            running[future] = left.pop()
                     except BrokenExecutor:
-                        left.append(number)
                         lost = True
-                        continue
+                    done = wait(running, MOMENT, FIRST_COMPLETED).done if running else set()
+                    for future in done:
+                        number = running.pop(future)
+                        try:
+                            finished.append((number, future.result()))
+                        except BrokenExecutor:
+                            left.append(number)
+                            lost = True
+                        except Exception as error:
+                            # what else is finished comes first, and is kept
+                            failed = error
+                for one in finished:
                     losses = 0
-                    yield number, result
+                    yield one
+                if failed is not None:
+                    raise failed
+                if interrupts:
+                    raise KeyboardInterrupt
                 if lost:
                     left += running.values()
                     running.clear()
