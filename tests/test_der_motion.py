@@ -193,7 +193,7 @@ def test_refusals():
 
 @pytest.mark.parametrize(("damping", "final"), [(0.3, "U-S+"), (10.0, "U+S-")])
 def test_decided_runs_end_early_in_the_same_state(damping, final):
-    scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.36, damping=damping, hold=30.0)
+    scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.36, damping=damping, hold=12.0)
     whole = der.simulate(scene, nodes=31, configurations=False)
     short = der.simulate(scene, nodes=31, configurations=False, until="decided")
     assert short.time[-1] < 0.7 * whole.time[-1]
