@@ -1,8 +1,16 @@
-"""In which order files of tests are begun: the longest first, so that two processes end at the same time."""
+"""In which order files of tests are begun, and what they share: compiled code, and bytecode.
+
+The longest first, so that two processes end at the same time.
+"""
 
 import os
 import tempfile
+from pathlib import Path
 
+from xdist.scheduler import LoadFileScheduling
+
+# parts of the same kernels: a process that knows one compiles the next in half the time
+KERNELS = ("test_compilation", "test_kirchhoff_motion", "test_elastica", "test_quasilinear_dynamics")
 LONGEST = (
     "test_compilation",
     "test_kirchhoff_motion",
@@ -42,3 +50,14 @@ def pytest_configure(config):
         folder = tempfile.TemporaryDirectory(prefix="bytecode-")
         os.environ["PYTHONPYCACHEPREFIX"] = folder.name
         config.add_cleanup(folder.cleanup)
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """By files, as "loadfile" does, but for files of the same kernels, which go to one process."""
+    return Files(config, log)
+
+
+class Files(LoadFileScheduling):
+    def _split_scope(self, nodeid):
+        file = super()._split_scope(nodeid)
+        return "kernels" if Path(file).stem in KERNELS else file
