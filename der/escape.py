@@ -8,6 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error, options_given
 from ribbonfem.results import History, SolverError, told
@@ -45,18 +46,19 @@ def escape(
     amplitude: of the null vector, in L with the whole ribbon of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
     nodes, clamp, configurations, steps: as in `simulate` and `folds`.
-    until: "end", or "snap", soon after the height first changes sign.
+    until: "end"; "snap", soon after the height first changes sign; "normal form", when that has left
+        to infinity.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    choice("until", until, ("end", "snap"))
+    choice("until", until, ESCAPE_UNTIL)
     local = local_error("tolerance", tolerance)
     rod = Rod(scene, nodes, clamp)
     result, duration = scene_departure(
-        Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
+        Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps), until
     )
     angle = result.form.angle
     damping = scene.scaled_damping

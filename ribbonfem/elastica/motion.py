@@ -9,6 +9,7 @@ import numpy as np
 from ribbonfem.continuation import equilibrium
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.delay import scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.elements.lobatto import lobatto_points
 from ribbonfem.jit.groups import groups_of, in_fours
 from ribbonfem.jit.simd import WIDTH
@@ -270,16 +271,18 @@ def escape(
     fold: which of the `folds` of a ramp, from 0.
     amplitude: of the null vector, in L with the whole beam of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
-    elements, extensible, until: as in `simulate`.
+    elements, extensible: as in `simulate`.
+    until: "end"; "snap", soon after the height first changes sign; "normal form", when that has left
+        to infinity.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, ESCAPE_UNTIL)
     problem, start = states.named(scene, elements, extensible)
-    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude, until=until)
     velocity = problem.moving(result.state, result.velocity)
     # the right clamp, to the last digit
     velocity[-1] = 0.0

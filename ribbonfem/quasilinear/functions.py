@@ -21,6 +21,7 @@ from ribbonfem.continuation.curves import (
     whole_curve,
 )
 from ribbonfem.delay import NormalForm, ramp_normal_forms, scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, History, Instability, snaps_since
 from ribbonfem.scene import Scene
@@ -275,16 +276,18 @@ def escape(
     fold: which of the `folds` of a ramp, from 0.
     amplitude: of the null vector, in (dL/L)^(1/2) L with the whole beam of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
-    elements, degree, until: as in `simulate`.
+    elements, degree: as in `simulate`.
+    until: "end"; "snap", soon after the height first changes sign; "normal form", when that has left
+        to infinity.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, ESCAPE_UNTIL)
     problem, start = named(scene, elements, degree)
-    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude, until=until)
     begin = motion.at_rest(problem, result.state) | {"v": result.velocity[:-1]}
     moved = _integrated(problem, begin, scene, control, held=Held(result.form.angle, duration))
     options = options_given(**problem.options)
