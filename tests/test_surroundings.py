@@ -170,46 +170,38 @@ def test_a_curve_takes_the_word_of_matplotlib_and_the_old_one():
 # ---- folders that processes share
 
 
-def together(script, count, *arguments):
-    """Run a script in many processes that begin at one time; their outputs."""
-    begin = time.time() + 1.0 + 0.25 * count
-    surrounding = {**BARE, "PYTHONPATH": str(ROOT)}
-    wait = f"import sys, time\nfrom pathlib import Path\ntime.sleep(max(0.0, {begin} - time.time()))"
-    whole = f"{script[0]}\n{wait}\n{script[1]}"
-    running = [
-        subprocess.Popen(
-            [sys.executable, "-c", whole, *map(str, arguments), str(k)],
-            env=surrounding,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for k in range(count)
-    ]
-    return [process.communicate(timeout=120)[1] for process in running]
+TOGETHER = """
+import os, sys, time
+from pathlib import Path
+from compare.report.folder import require_room, write_page
+from compare.archive import write_whole
+from compare.sweep.store import Store
+from compare.report.registry import ORDER
+folder, begin = Path(sys.argv[1]), time.time() + 0.2
+
+def work(k):
+    time.sleep(max(0.0, begin - time.time()))
+    for n in range(60):
+        require_room(folder)
+        store = Store(folder / ".finished" / "run")
+        store.write(f"{k:02d}{n:04d}", n)
+        write_whole(folder / "run.csv", f"{k} {n} " * 4000)
+        write_page(folder, ORDER)
+        if n % 5 == k:
+            store.clear()
+
+for k in range(6):
+    if not os.fork():
+        work(k)
+        os._exit(0)
+assert [os.wait()[1] for _ in range(6)] == [0] * 6
+"""
 
 
 def test_many_processes_share_a_folder(tmp_path):
-    told = together(
-        (
-            "from compare.report.folder import require_room, write_page\n"
-            "from compare.archive import write_whole\n"
-            "from compare.sweep.store import Store\nfrom compare.report.registry import ORDER",
-            """
-folder, k = Path(sys.argv[1]), int(sys.argv[2])
-for n in range(60):
-    require_room(folder)
-    store = Store(folder / ".finished" / "run")
-    store.write(f"{k:02d}{n:04d}", n)
-    write_whole(folder / "run.csv", f"{k} {n} " * 4000)
-    write_page(folder, ORDER)
-    if n % 5 == k:
-        store.clear()
-""",
-        ),
-        6,
-        tmp_path / "o",
-    )
-    assert told == [""] * 6
+    words = [sys.executable, "-c", TOGETHER, str(tmp_path / "o")]
+    done = subprocess.run(words, env={**BARE, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
     text = (tmp_path / "o" / "run.csv").read_text()
     k, n = text.split()[:2]
     assert text == f"{k} {n} " * 4000
