@@ -1,10 +1,8 @@
-"""In which order files of tests are begun, and what they share: compiled code, and bytecode.
+"""In which order files of tests are begun, and which of them run in one process.
 
 The longest first, so that two processes end at the same time.
 """
 
-import os
-import tempfile
 from pathlib import Path
 
 from xdist.scheduler import LoadFileScheduling
@@ -41,15 +39,6 @@ LONGEST = (
 def pytest_collection_modifyitems(items):
     place = {name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(place)))
-
-
-def pytest_configure(config):
-    """Processes that tests start share the bytecode of what they import, also where it is not written
-    beside the sources: they import the packages a hundred times."""
-    if os.environ.pop("PYTHONDONTWRITEBYTECODE", None) and not hasattr(config, "workerinput"):
-        folder = tempfile.TemporaryDirectory(prefix="bytecode-")
-        os.environ["PYTHONPYCACHEPREFIX"] = folder.name
-        config.add_cleanup(folder.cleanup)
 
 
 def pytest_xdist_make_scheduler(config, log):
