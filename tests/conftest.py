@@ -1,6 +1,6 @@
 """In which order files of tests are begun, and which of them run in one process.
 
-The longest first, so that two processes end at the same time.
+The longest first, so that two processes end at the same time; none waits for what the other compiles.
 """
 
 from pathlib import Path
@@ -10,24 +10,24 @@ from xdist.scheduler import LoadFileScheduling
 # parts of the same kernels: a process that knows one compiles the next in half the time
 KERNELS = ("test_compilation", "test_kirchhoff_motion", "test_elastica", "test_quasilinear_dynamics")
 LONGEST = (
-    "test_compilation",
-    "test_kirchhoff_motion",
-    "test_snap_delay",
-    "test_surroundings",
+    *KERNELS,
+    # what needs none of the code that those compile meanwhile
     "test_diagrams",
-    "test_chooser",
-    "test_command_line",
     "test_sweep",
-    "test_compare_motion",
     "test_compare_folds",
-    "test_documents",
     "test_der_motion",
-    "test_validation",
     "test_kirchhoff",
     "test_figures",
     "test_rounding",
     "test_crosscheck",
     "test_cluster",
+    "test_surroundings",
+    "test_snap_delay",
+    "test_chooser",
+    "test_command_line",
+    "test_compare_motion",
+    "test_documents",
+    "test_validation",
     "test_interrupts",
     "test_time_loop",
     "test_modes",
