@@ -4,7 +4,6 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from scipy.stats import qmc
 
 import compare
 import der
@@ -276,6 +275,9 @@ def test_public_names():
 
 def shares_around(model, rate, damping, count=200, **options):
     """Shares of outcomes around (0.40, 0.40) within 10^(+-0.05) of a rate and a damping."""
+    # (it takes 0.3 s to import)
+    from scipy.stats import qmc
+
     base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, options)
     places = 10.0 ** (0.1 * qmc.Halton(2, seed=5).random(count) - 0.05)
     result = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]

@@ -39,7 +39,7 @@ def shell(line, folder, **environment):
     line = re.sub(r"^ribbonfem", f"{sys.executable} -m compare", line)
     surrounding = {**BARE, "PYTHONPATH": str(ROOT), **environment}
     return subprocess.run(
-        ["bash", "-c", line], cwd=folder, env=surrounding, capture_output=True, text=True, timeout=120
+        ["bash", "-c", line], cwd=folder, env=surrounding, capture_output=True, encoding="utf-8", timeout=120
     )
 
 
@@ -333,9 +333,12 @@ def test_names_that_are_no_letters(seed, tmp_path):
 def test_a_run_of_a_file_whose_name_is_no_utf_8(folder):
     (folder / "s.toml").rename(os.fsdecode(os.fsencode(folder) + b"/\xff\xe9\xc3\xbc.toml"))
     names = r"$'\xff\xe9\xc3\xbc.toml' --out $'o\xe9'"
-    poor = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    poor = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    # words are UTF-8 whatever the locale
+    poor["PYTHONIOENCODING"] = "ascii"
     done = shell(f"ribbonfem run {names} --tolerance 1e-2 --quiet", folder, **poor)
     assert done.returncode == 0, done.stderr
+    assert "snap at" in done.stdout
     out = Path(os.fsdecode(os.fsencode(folder) + b"/o\xe9"))
     assert json.loads((out / "run.json").read_text())["values"]["met"]
 
