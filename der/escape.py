@@ -8,6 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation import Steps
 from ribbonfem.delay import scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.ends import held
 from ribbonfem.options import checked, choice, local_error, options_given
 from ribbonfem.results import History, SolverError, control_text
@@ -40,18 +41,19 @@ def escape(
     ----------
     fold, amplitude, tolerance: as in `ribbonfem.kirchhoff.escape`.
     nodes, clamp, configurations, steps: as in `simulate` and `folds`.
-    until: "end", or "snap", soon after the height first changes sign.
+    until: "end"; "snap", soon after the height first changes sign; "normal form", when that has left
+        to infinity.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    choice("until", until, ("end", "snap"))
+    choice("until", until, ESCAPE_UNTIL)
     local = local_error("tolerance", tolerance)
     rod = Rod(scene, nodes, clamp)
     result, duration = scene_departure(
-        Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps)
+        Statics(rod), start_state(rod), scene, fold, amplitude, default_steps(rod, steps), until
     )
     angle = result.form.angle
     damping = scene.scaled_damping

@@ -12,11 +12,15 @@ from compare.diagrams import skipping_diagram
 from compare.sweep import Sweep, Task
 from compare.sweep.cluster import executor_at
 
-distributed = pytest.importorskip("distributed")
+
+@pytest.fixture(scope="module", autouse=True)
+def distributed():
+    # (imported here: whoever collects the tests needs it not)
+    return pytest.importorskip("distributed")
 
 
 @pytest.fixture(scope="module")
-def cluster():
+def cluster(distributed):
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True
     ) as result:

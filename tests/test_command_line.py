@@ -237,21 +237,6 @@ def test_a_closed_pipe_is_one_line(tmp_path, scene):
     assert (tmp_path / "report" / "run.json").exists()
 
 
-def test_words_are_utf_8_whatever_the_locale(tmp_path, scene):
-    poor = {
-        "LC_ALL": "C",
-        "LANG": "C",
-        "PYTHONUTF8": "0",
-        "PYTHONCOERCECLOCALE": "0",
-        "PYTHONIOENCODING": "ascii",
-    }
-    done = command("run", scene, "--out", tmp_path / "report", "--quiet", environment=poor)
-    out, err = done.communicate(timeout=120)
-    assert done.returncode == 0, err
-    assert "snap at" in out.decode("utf-8")
-    assert "–" in Table("t", ["a"], [[None]], ["d"]).cells()[0][0]
-
-
 def test_an_interrupt_is_one_line_and_keeps_what_is_finished(tmp_path):
     # far more runs than end between two looks at the folder, on any machine
     grid = ("--rates", "0.2:2:20", "--dampings", "1:10:20", "--nodes", "31", "--processes", "2")

@@ -14,6 +14,7 @@ from compare.reproduction.folds import command as folds
 from compare.reproduction.folds import shear_section
 from compare.sweep import Sweep
 from ribbonfem import Fold, Scene, SolverError, kirchhoff
+from ribbonfem.output.style import STYLE
 
 SKIPPED = Scene(compression=0.35, shear=0.40)
 
@@ -32,6 +33,7 @@ def section(tmp_path_factory):
         patch.setattr(shear_section, "LINES", (0.1, 0.2, 0.4, 0.65))
         patch.setattr(shear_section, "COMPRESSIONS", (0.4,))
         patch.setattr(shear_section, "TABULATED", (0.40, 0.60))
+        patch.setitem(STYLE, "figure.constrained_layout.use", False)
         result = folds.main(
             elements=12,
             nodes=(51, 71, 101),

@@ -7,12 +7,15 @@ from compare.reproduction import cases, delay, delays
 from compare.reproduction.named_runs import CASES
 from compare.studies import speed
 from compare.sweep import Sweep
+from ribbonfem.output.style import STYLE
 
 
 def test_delay_against_theory(tmp_path, monkeypatch):
     for name, elements in (("quasi-linear beam", 22), ("elastica", 14)):
         coarse = replace(delays.SYSTEMS[name], mesh={"elements": elements})
         monkeypatch.setitem(delays.SYSTEMS, name, coarse)
+    # room for the words of twelve logarithmic axes takes longer to find than the rest of the picture
+    monkeypatch.setitem(STYLE, "figure.constrained_layout.use", False)
     result = delay.main(systems="beam", dampings=(1e-3, 1e3), decades=2, sweep=Sweep(processes=1))
     section, _ = publish(delay.COMMAND, result, tmp_path)
     cells = {(c["system"], c["damping"], round(np.log10(c["rate"]))): c for c in section.values["cells"]}

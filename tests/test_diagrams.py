@@ -4,7 +4,6 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from scipy.stats import qmc
 
 import compare
 import der
@@ -91,7 +90,8 @@ def test_a_resumed_diagram_is_the_same_and_the_centre_is_a_sample(tmp_path):
     assert len(files) == 4
     files[0].write_bytes(b"spoilt")
     files[1].unlink()
-    with Sweep(folder=tmp_path, processes=2) as sweep:
+    # (that workers find the same is a test of clusters)
+    with Sweep(folder=tmp_path, processes=1) as sweep:
         two = skipping_diagram(0.40, 0.40, (0.2, 1.0, 2), (5.0, 30.0, 2), sweep=sweep, **options)
     assert to_bytes(one) == to_bytes(two)
     assert {(s.rate, s.damping) for s in one.samples} == {(r, d) for r in one.rates for d in one.dampings}
@@ -275,6 +275,9 @@ def test_public_names():
 
 def shares_around(model, rate, damping, count=200, **options):
     """Shares of outcomes around (0.40, 0.40) within 10^(+-0.05) of a rate and a damping."""
+    # (it takes 0.3 s to import)
+    from scipy.stats import qmc
+
     base = runs.setup(Scene(compression=0.40, shear=0.40, start="U+S+"), model, options)
     places = 10.0 ** (0.1 * qmc.Halton(2, seed=5).random(count) - 0.05)
     result = [runs.run_of(base, rate * x, damping * y).outcome for x, y in places]

@@ -197,11 +197,11 @@ def test_snaps_are_those_of_the_rods_limit():
 
 @pytest.mark.parametrize("extensible", [False, True])
 def test_planar_ribbon_is_the_elastica(extensible):
-    """No equation, element or stepper is shared but the tableau of "tr-bdf2"."""
+    """No equation, element or stepper is shared, but in the last line the tableau of "esdirk4"."""
     beam = Scene(compression=0.40, shear=0.0, start="U+", rate=0.3, stop=1.4, damping=2.0)
-    shared = {"extensible": extensible, "method": "tr-bdf2", "until": "snap"}
-    reference = elastica.simulate(beam, elements=24, tolerance=1e-8, **shared).crossing()[1]
-    ribbon = kirchhoff.simulate(beam, elements=10, tolerance=1e-7, **shared)
+    shared = {"extensible": extensible, "until": "snap", "tolerance": 1e-7}
+    reference = elastica.simulate(beam, elements=16, **shared).crossing()[1]
+    ribbon = kirchhoff.simulate(beam, elements=10, method="tr-bdf2", **shared)
     assert ribbon.crossing()[1] == pytest.approx(reference, abs=1e-6)
     assert np.abs(ribbon.configurations["positions"][:, :, 1]).max() < 1e-12
     # another method, of another order
@@ -495,5 +495,5 @@ def test_normal_forms_are_the_rods_limit_and_predict_delays():
 def test_steps_that_are_never_as_long_as_asked_for_end_a_run():
     """Newmark rings on what damping should forget at once, and Newton fails: it crept on for ever."""
     scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=1e-6, stop=0.6, damping=1e5)
-    with pytest.raises(SolverError, match="step = 1000 s found no next state by steps as long"):
-        kirchhoff.simulate(scene, elements=4, extensible=True, method="newmark", step=1000.0)
+    with pytest.raises(SolverError, match="step = 10000 s found no next state by steps as long"):
+        kirchhoff.simulate(scene, elements=4, extensible=True, method="newmark", step=1e4)

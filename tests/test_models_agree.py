@@ -15,7 +15,8 @@ PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0
 
 
 def snap(scene, nodes, **options):
-    return der.simulate(scene, nodes=nodes, tolerance=1e-6, configurations=False, **options).crossing()[1]
+    options |= {"tolerance": 1e-6, "configurations": False, "until": "snap"}
+    return der.simulate(scene, nodes=nodes, **options).crossing()[1]
 
 
 def limit(coarse, fine, nodes):

@@ -2,6 +2,7 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -105,8 +106,9 @@ def imports(name):
                 yield whole if whole in FILES else stem
 
 
+@cache
 def ours(name):
-    return [result for result in imports(name) if result.split(".")[0] in ("ribbonfem", "der", "compare")]
+    return tuple(r for r in imports(name) if r.split(".")[0] in ("ribbonfem", "der", "compare"))
 
 
 @pytest.mark.parametrize("name", sorted(FILES))

@@ -46,7 +46,7 @@ def test_what_is_found_does_not_depend_on_the_rows_kept(name, until):
     model, scene, options = RUNS[name]
     whole = model.simulate(scene, every=1, until=until, **options)
     assert whole.crossing() is not None
-    for every in (None, 7, 20, 100, 1000):
+    for every in (None, 7, 1000):
         some = model.simulate(scene, every=every, until=until, **options)
         assert result(some) == result(whole), every
         if every is None:

@@ -141,6 +141,17 @@ def test_escape_starts_where_it_says():
     assert energy - history.energies["work"] == pytest.approx(energy[0], abs=2e-4)
 
 
+@pytest.mark.parametrize(("model", "mesh"), [(kirchhoff, {"elements": 4}), (der, {"nodes": 31})])
+def test_an_escape_until_its_normal_form_ends_begins_as_the_whole(model, mesh):
+    form = model.normal_forms(PATH_2, **mesh)[0]
+    whole, part = (
+        model.escape(PATH_2, amplitude=8e-3, until=until, **mesh) for until in ("end", "normal form")
+    )
+    assert part.time[-1] == pytest.approx(delay.escape_time(8e-3 * form.quadratic, 0.0, form.cubic).time)
+    assert np.array_equal(part.height[:-2], whole.height[: len(part) - 2])
+    assert part.crossing("slope") == whole.crossing("slope") is not None
+
+
 def test_lead_shows_neither_amplitude_nor_mesh():
     """T0 of the planar ribbon: .0863 s whatever the push; of beam, elements and rods the same to 1e-3."""
     result = []

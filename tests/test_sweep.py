@@ -274,7 +274,8 @@ def test_sweeps_from_standard_input_and_without_a_main_guard(tmp_path):
     script.write_text(textwrap.dedent(SCRIPT))
     for command, text in (([str(script)], None), (["-"], script.read_text())):
         done = subprocess.run(
-            [sys.executable, *command, str(tmp_path / "store"), "2"],
+            # (each its own folder, or there would be nothing left to do for the second)
+            [sys.executable, *command, str(tmp_path / str(text is None)), "2"],
             input=text,
             env=SURROUNDING,
             capture_output=True,

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene
 from ribbonfem.ends import moving
+from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.stepping.kernels import (
     CLOCK_SIZE,
@@ -43,35 +43,35 @@ class Pendulum(NamedTuple):
     angles: np.ndarray
 
 
-@njit
+@compiled()
 def _turned(place, by):
     return place[0] * np.cos(by) - place[1] * np.sin(by), place[1] * np.cos(by) + place[0] * np.sin(by)
 
 
-@njit
+@compiled()
 def _moment(place, angle):
     # of gravity, whose direction is the clamp's
     return -STIFFNESS * (place[1] * np.cos(angle) - place[0] * np.sin(angle))
 
 
-@njit
+@compiled()
 def _project(model, ramp, clock, spin, reset):
     model.now[1] = _moment(model.place, model.angles[0]) - ramp.damping * model.now[0]
     model.angles[2] = spin
     return 0.0
 
 
-@njit
+@compiled()
 def _rescale(model, ratio):
     pass
 
 
-@njit
+@compiled()
 def _begin(model, clock):
     copy(model.now, model.rates[0])
 
 
-@njit
+@compiled()
 def _stage(model, m, ramp, clock, i, h, at, angle, spin):
     diagonal = m.a[i, i] * h
     known, turn = model.now[0], 0.0
@@ -97,19 +97,19 @@ def _stage(model, m, ramp, clock, i, h, at, angle, spin):
     return iterations
 
 
-@njit
+@compiled()
 def _energies(place, rate, angle):
     elastic = STIFFNESS * (1.0 - place[0] * np.cos(angle) - place[1] * np.sin(angle))
     return 0.5 * rate * rate, elastic, _moment(place, angle)
 
 
-@njit
+@compiled()
 def _flows(model, nu, h):
     kinetic, _, moment = _energies(model.new_place, model.new[0], model.angles[1])
     return 2.0 * nu * kinetic, moment * model.angles[2]
 
 
-@njit
+@compiled()
 def _error(model, m, h):
     error = 0.0
     for j in range(m.stages):
@@ -117,19 +117,19 @@ def _error(model, m, h):
     return abs(h * error)
 
 
-@njit
+@compiled()
 def _reject(model, clock):
     pass
 
 
-@njit
+@compiled()
 def _accept(model, m, h):
     copy(model.new_place, model.place)
     copy(model.new, model.now)
     model.angles[0] = model.angles[1]
 
 
-@njit
+@compiled()
 def _measure(model, nu, solved):
     if solved:
         kinetic, elastic, moment = _energies(model.new_place, model.new[0], model.angles[1])
@@ -138,15 +138,20 @@ def _measure(model, nu, solved):
     return kinetic, elastic, 0.0, 2.0 * nu * kinetic, moment * model.angles[2], 0.0
 
 
-@njit
+@compiled()
 def _record(model, nu, rows, row):
     rows[row, HEIGHT], rows[row, VELOCITY] = model.place[1], model.place[0] * model.now[0]
     rows[row, REACTIONS:] = 0.0
 
 
-LOOP = loop_of(
+_loop = loop_of(
     ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
 )
+
+
+@compiled()
+def run(model, scheme, ramp, clock, rows):
+    return _loop(model, scheme, ramp, clock, 1.0, rows)
 
 
 def moved(method, *, step=0.0, tolerance=0.0, room=5000):
@@ -184,7 +189,7 @@ def moved(method, *, step=0.0, tolerance=0.0, room=5000):
     while status == FULL:
         clock[ROWS] = 0.0
         rows = np.empty((room, ROW_SIZE))
-        status = LOOP(model, scheme, ramp, clock, 1.0, rows)
+        status = run(model, scheme, ramp, clock, rows)
         parts.append(rows[: int(clock[ROWS])])
     assert status == DONE
     return np.concatenate(parts), model, int(clock[STEPS])

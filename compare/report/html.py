@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from .section import Picture, Section, Table
 
@@ -13,10 +15,19 @@ from .section import Picture, Section, Table
 _LONG = 24
 
 
-def page(sections: Sequence[Section], left_out: Mapping[str, str], folder: Path) -> str:
-    """The report's page; `left_out` has a reason for each file that is no section."""
+@cache
+def _template() -> Any:
+    """Read and compiled once: that takes ten times what filling it in does."""
     # imported here: what shows no page needs none
     from jinja2 import Environment, StrictUndefined
+
+    text = (files("compare") / "report" / "page.html").read_text(encoding="utf-8")
+    rules = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    return rules.from_string(text)
+
+
+def page(sections: Sequence[Section], left_out: Mapping[str, str], folder: Path) -> str:
+    """The report's page; `left_out` has a reason for each file that is no section."""
     from markupsafe import Markup
 
     def content(picture: Picture) -> str | None:
@@ -35,7 +46,5 @@ def page(sections: Sequence[Section], left_out: Mapping[str, str], folder: Path)
         """What is said of each column: the widest cell decides, so that it is asked once a table."""
         return [Markup(' class="words"' if sentence else "") for sentence in table.sentences()]
 
-    text = (files("compare") / "report" / "page.html").read_text(encoding="utf-8")
-    rules = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    template = rules.from_string(text)
-    return template.render(sections=sections, left_out=left_out, content=content, kinds=kinds, rows=_LONG)
+    given = {"sections": sections, "left_out": left_out, "content": content, "kinds": kinds, "rows": _LONG}
+    return str(_template().render(given))

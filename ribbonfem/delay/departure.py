@@ -24,6 +24,8 @@ _NEWTON, _TOLERANCE = 30, 1e-10
 _FARTHEST = 0.05
 # below it what leaves the fold is lost in the residual of the equilibrium
 _NEAREST = 1e-5
+# where an escape ends
+ESCAPE_UNTIL = ("end", "snap", "normal form")
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,12 @@ def scene_departure(
     fold: int,
     amplitude: float,
     steps: Steps | None = None,
+    until: str = "end",
 ) -> tuple[Departure[State], float]:
     """How the scene's motion leaves one of the folds that its ramp meets, counted from 0; and for how long.
 
-    The second is the s that a motion needs to have left whatever the model: half as long again as
-    the normal form.
+    The second is the s that a motion needs to have left whatever the model, half as long again as
+    the normal form and more; of "normal form" what that itself takes.
 
     Raises
     ------
@@ -115,4 +118,5 @@ def scene_departure(
     if number >= len(events):
         refuse("fold", fold, f"the ramp meets {len(events)} folds, counted from 0")
     result = departure(problem, events[number], reach, scene.damping)
-    return result, 1.5 * result.time + 2.0 * scene.ribbon.inertial_time
+    whole = 1.5 * result.time + 2.0 * scene.ribbon.inertial_time
+    return result, result.time if until == "normal form" else whole

@@ -99,7 +99,7 @@ def _lead(
     power = 1.0 + 0.5 / (1.0 + scene.damping**2 / low)
     remainder = (far - near) / (high**power - low**power)
     correction = remainder * low**power
-    free = escaped(0.0, high)
+    free = escaped(0.0, high) if scene.damping > 0.0 else far
     lowest = float(model.frequencies(scene, count=1, **mesh)[0])
     return form, Lead(near - correction, abs(correction), remainder, power, 6.0 / free**2, lowest)
 
@@ -128,19 +128,15 @@ def _from(
 ) -> float:
     """T0 from an escape that starts at y."""
     end = escape_time(y, scene.damping, form.cubic)
-    history = model.escape(
-        scene,
-        fold=fold,
-        amplitude=y / abs(form.quadratic),
-        until="snap" if quantity == "snap" else "end",
-        **options,
+    # (T0 is positive but for what friction may do: a first snap comes before the normal form's end)
+    for until in ("snap",) if quantity == "snap" else ("normal form", "end"):
+        history = model.escape(scene, fold=fold, amplitude=y / abs(form.quadratic), until=until, **options)
+        crossing = history.crossing("height" if quantity == "snap" else "slope")
+        if crossing is not None:
+            return end.time - crossing[0]
+    raise SolverError(
+        f"the {quantity} does not follow from the fold at {form.angle:.6g} rad by itself", history
     )
-    crossing = history.crossing("height" if quantity == "snap" else "slope")
-    if crossing is None:
-        raise SolverError(
-            f"the {quantity} does not follow from the fold at {form.angle:.6g} rad by itself", history
-        )
-    return end.time - crossing[0]
 
 
 def predict_snap(model: Model, scene: Scene, quantity: str = "snap", **options: Any) -> Delay:

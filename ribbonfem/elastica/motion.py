@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ribbonfem.continuation import equilibrium
 from ribbonfem.delay import scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.options import checked, options_given, refuse
 from ribbonfem.results import History, RestState, snaps_since
 from ribbonfem.scene import Scene
@@ -106,17 +107,17 @@ def escape(
 
     Parameters
     ----------
-    fold, amplitude, tolerance: as in `kirchhoff.escape`.
-    elements, extensible, until: as in `simulate`.
+    fold, amplitude, tolerance, until: as in `kirchhoff.escape`.
+    elements, extensible: as in `simulate`.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, ESCAPE_UNTIL)
     problem, start = states.named(scene, elements, extensible)
-    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude, until=until)
     velocity = problem.moving(result.state, result.velocity)
     # the right clamp, to the last digit
     velocity[-1] = 0.0

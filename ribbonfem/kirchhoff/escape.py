@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ribbonfem.delay import Departure, scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.ends import held
 from ribbonfem.options import checked, options_given
 from ribbonfem.results import History
@@ -13,7 +14,7 @@ from . import states
 from .initial_states import at_rest
 from .kernels import arrays
 from .loop import integrate, ramp_of
-from .motion import TOLERANCE, UNTIL
+from .motion import TOLERANCE
 from .problem import Frames, Statics, checked_mesh
 
 
@@ -40,16 +41,17 @@ def escape(
     amplitude: of the null vector, in L with the whole ribbon of mass 1, of [1e-5, 0.05].
     tolerance: of the adaptive step, the local error of positions in L.
     elements, extensible, configurations: as in `simulate`.
-    until: "end", or "snap", soon after the height first changes sign.
+    until: "end"; "snap", soon after the height first changes sign; "normal form", when that has left
+        to infinity.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, UNTIL[:2])
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, ESCAPE_UNTIL)
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude, until=until)
     ends = held(scene, result.form.angle, duration / problem.unit)
     ramp = ramp_of(scene, control, ends=ends)
     return integrate(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ribbonfem.delay import scene_departure
+from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, History, snaps_since
 from ribbonfem.scene import Scene
@@ -129,16 +130,17 @@ def escape(
     ----------
     fold, tolerance: as in `kirchhoff.escape`.
     amplitude: of the null vector, in (dL/L)^(1/2) L with the whole beam of mass 1, of [1e-5, 0.05].
-    elements, degree, until: as in `simulate`.
+    elements, degree: as in `simulate`.
+    until: as in `kirchhoff.escape`.
 
     Raises
     ------
     OptionError, SolverError
         For a fold that is not met, an amplitude or options that cannot be; as in `simulate`.
     """
-    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE)
+    control = Control.of("esdirk4", None, tolerance, until, None, TOLERANCE, ESCAPE_UNTIL)
     problem, start = named(scene, elements, degree)
-    result, duration = scene_departure(problem, start, scene, fold, amplitude)
+    result, duration = scene_departure(problem, start, scene, fold, amplitude, until=until)
     begin = at_rest(problem, result.state) | {"v": result.velocity[:-1]}
     moved = _integrated(problem, begin, scene, control, held=Held(result.form.angle, duration))
     options = options_given(**problem.options)
