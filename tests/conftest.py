@@ -8,7 +8,13 @@ from pathlib import Path
 from xdist.scheduler import LoadFileScheduling
 
 # parts of the same kernels: a process that knows one compiles the next in half the time
-KERNELS = ("test_compilation", "test_kirchhoff_motion", "test_elastica", "test_quasilinear_dynamics")
+KERNELS = (
+    "test_compilation",
+    "test_kirchhoff_motion",
+    "test_elastica",
+    "test_quasilinear_dynamics",
+    "test_time_loop",
+)
 LONGEST = (
     *KERNELS,
     # what needs none of the code that those compile meanwhile
@@ -29,7 +35,6 @@ LONGEST = (
     "test_documents",
     "test_validation",
     "test_interrupts",
-    "test_time_loop",
     "test_modes",
     "test_near_pitchforks",
     "test_stability",

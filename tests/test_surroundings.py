@@ -115,8 +115,8 @@ for backend in backends:
     from ribbonfem.output.style import figure, in_style
     import ribbonfem.output.film
     with in_style():
-        fig, axes = figure(2)
-        axes[0].plot([1, 2], label="x")
+        fig, axes = figure(1)
+        axes.plot([1, 2], label="x")
         fig.savefig(f"{folder}/{len(backend)}.png")
     assert os.environ["MPLBACKEND"] == backend
     assert "matplotlib.pyplot" not in sys.modules
