@@ -16,7 +16,7 @@ FREE = 2.338107410459767  # first zero of Ai(-x)
 
 
 def form(model, scene, *options):
-    problem = model.functions.Statics(scene, *options)
+    problem = model.problem.Statics(scene, *options)
     return delay.ramp_normal_forms(problem, problem.start(), scene)[0]
 
 
@@ -113,7 +113,7 @@ def test_mirror_image():
 )
 def test_null_vector_and_frequencies_agree(model, options):
     """Two ways to c a2: third derivatives at the fold, and omega^4 along the stable branch."""
-    problem = model.functions.Statics(SCENE, *options)
+    problem = model.problem.Statics(SCENE, *options)
     fold = delay.ramp_normal_forms(problem, problem.start(), SCENE)[0]
     distances = np.array([1e-3, 5e-4, 2e-4, 1e-4])
     squares = []

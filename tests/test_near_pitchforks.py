@@ -77,7 +77,9 @@ def test_every_state_is_there_at_the_shears_of_the_pitchforks():
     assert ends == pytest.approx([24.1489, 24.1534], abs=6e-5)
     part = (forks.restored - 0.5694) / 1e-4
     assert restored.energy == pytest.approx(ends[0] + part * (ends[1] - ends[0]), abs=1e-6)
-    assert kirchhoff.state(replace(scene, shear=forks.merged, start="S+")).name == "S+"
+    for elements in (16, 20, 32):
+        tip = kirchhoff.pitchforks(0.4, elements=elements).merged
+        assert kirchhoff.state(replace(scene, shear=tip, start="S+"), elements=elements).name == "S+"
     assert kirchhoff.state(replace(scene, shear=forks.restored * (1 + 1e-9), start="U+")).name == "U+"
     # a hair's breadth below and above the shears that `pitchforks` has given
     wide = Scene(compression=0.7, shear=0.372728601, start="U+")

@@ -39,8 +39,9 @@ from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
 _FLAT = 1e-7
-# dW/L from a fork within which states may not be told apart, and z(1/2)/L of US that near to its tip
-_RESOLVED, _MERGING = 1e-6, 1e-2
+# dW/L from a fork within which states may not be told apart, z(1/2)/L of US that near to its tip, and z(1/2)/L
+# of US at its tip, where rounding decides whether the curve turns before a shear or behind it
+_RESOLVED, _MERGING, _TIP = 1e-6, 1e-2, 3e-6
 # elements of the mesh on which a start is first looked for
 _COARSE = 4
 _FAMILIES = {"U": ("U+", "U-"), "US": ("U+S+", "U+S-", "U-S+", "U-S-"), "S": ("S+", "S-")}
@@ -237,7 +238,9 @@ def _forked(
         for segment in forked(problem, event, shear, steps):
             last, tip = segment.end, tip_of(problem, segment)
             if tip is None and segment.last and last.parameter == shear:
-                return {"US": (last.state, last.index)}
+                if abs(problem.observe(last.state, shear)[0]) > _TIP:
+                    return {"US": (last.state, last.index)}
+                tip = last
     except SolverError:
         if shear - event.point.parameter < _RESOLVED:
             return {}
