@@ -39,8 +39,8 @@ from .symmetric import Symmetric
 
 # what counts as zero of heights (L) and slopes when a state is named
 _FLAT = 1e-7
-# dW/L from a fork within which states may not be told apart, z(1/2)/L of US that near to its tip, and z(1/2)/L
-# of US at its tip, where rounding decides whether the curve turns before a shear or behind it
+# dW/L from a fork within which states may not be told apart, z(1/2)/L of US that near to its tip, and at it,
+# where rounding decides whether the curve turns before a shear or behind it
 _RESOLVED, _MERGING, _TIP = 1e-6, 1e-2, 3e-6
 # elements of the mesh on which a start is first looked for
 _COARSE = 4
