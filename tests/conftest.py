@@ -5,6 +5,7 @@ The longest first, so that two processes end at the same time; none waits for wh
 
 from pathlib import Path
 
+import pytest
 from xdist.scheduler import LoadFileScheduling
 
 # parts of the same kernels: a process that knows one compiles the next in half the time
@@ -46,6 +47,7 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: place.get(item.path.stem, len(place)))
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """By files, as "loadfile" does, but for files of the same kernels, which go to one process."""
     return Files(config, log)
