@@ -317,7 +317,7 @@ def test_runs_that_agree_by_chance_claim_what_they_scatter():
     assert rattle == pytest.approx(2e-2)
     # where no scatter was measured, and where the difference is none, it counts several times
     little = [1.0, 1.0 + 0.5 * scatters[0]]
-    assert levels._claimed(little, scatters[:2], False) == pytest.approx(0.5 * scatters[0])
+    assert levels._claimed(little, scatters[:2], False) == pytest.approx(scatters[0])
     assert levels._claimed(little, scatters[:2], False, measured=False) == pytest.approx(3.0 * scatters[0])
     much = [1.0, 1.0 + 2.0 * scatters[0]]
     assert levels._claimed(much, scatters[:2], False) == pytest.approx(12.0 * scatters[0])

@@ -1,11 +1,11 @@
 """Refinement of finite elements in motion: levels of mesh and tolerance, and the error claimed of them.
 
 The error that is claimed is the larger of two. One is what smooth runs scatter by: an instant found by
-adaptive steps errs in proportion to their tolerance, and the clamp turns on meanwhile. The other is what
-the last runs differ by; where that is more than the coarser one scatters by, or where no such scatter was
-measured, it counts several times, for a single difference may be small by chance, and where the one before
-was much larger, a part of that counts. Errors fall too unevenly for an extrapolation, also on steps that
-are halved one by one.
+adaptive steps errs in proportion to their tolerance, and the clamp turns on meanwhile. The other is twice
+what the last runs differ by; where that is more than the coarser one scatters by, or where no such scatter
+was measured, it counts several times, for a single difference may be small by chance, and where the one
+before was much larger, a part of that counts. Errors fall too unevenly for an extrapolation, also on steps
+that are halved one by one.
 
 A run reads off itself whether it rattles: a ribbon that snaps twice and has not forgotten its first
 vibration when it snaps again remembers every error made on the way. It is checked by finer runs wherever it
@@ -29,23 +29,27 @@ from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
 
 # Tolerances (L) of single runs, coarsest first, and their typical CPU seconds; from one run to the next on
 # the way to an answer the tolerance falls by _FINER.
-TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)
+TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9)
 SECONDS = {
-    "kirchhoff": (0.01, 0.013, 0.018, 0.045, 0.08, 0.15, 0.25, 0.6, 1.5),
-    "elastica": (0.0035, 0.0047, 0.0056, 0.009, 0.014, 0.028, 0.044, 0.1, 0.2),
+    "kirchhoff": (0.01, 0.013, 0.018, 0.045, 0.08, 0.15, 0.25, 0.6, 1.5, 4.0),
+    "elastica": (0.0035, 0.0047, 0.0056, 0.009, 0.014, 0.028, 0.044, 0.1, 0.2, 0.4),
 }
 _FINER = 10.0**0.5
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 # Scatter of the snap over tolerance (L) times rate t* + _REST, rad.  Of 150 planar scenes and 36 ribbons 97 %
-# lay below 2.3 at each of the tolerances from the second on.
-_SCATTER, _REST = 3.0, 0.1
+# lay below half of it at each of the tolerances; below _FALLING they fall as its root.
+_SCATTER, _REST, _FALLING = 4.5, 0.2, 1e-7
+# part of it that a law of single runs, which knows where they ring, claims at least
+_LAWFUL = 0.45
+# Claimed of a difference that may be scatter: some overdamped scenes err as the root of the tolerance.
+_SMOOTH = 2.0
 # Claimed of a difference that is no scatter and stands alone, and of the last of several, which counts as at
 # least this part of the one before.
 _ALONE, _LATEST, _BEFORE = 6.0, 2.0, 0.3
 # The same of a ribbon that rattles: it snaps at one vibration or another, and two runs may agree by chance.
 _RATTLE_ALONE, _RATTLE_BEFORE = 20.0, 1.0
 # Runs that differ by so many scatters of the coarser are not smooth.
-_ROUGH = 8.0 / 3.0
+_ROUGH = 1.8
 # A mesh of fewer elements that fails, or lacks the start, is passed over.
 _SURE = 8
 # Differences (rad) up to which runs that no longer close in on a limit leave nothing undecided.
@@ -54,7 +58,13 @@ _SMALL = 1e-4
 
 def scatter(scene: Scene, local: float) -> float:
     """What the snap of a smooth run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
-    return _SCATTER * local * (speed(scene) + _REST)
+    return _SCATTER * max(local, math.sqrt(local * _FALLING)) * (speed(scene) + _REST)
+
+
+def _tolerance_for(scene: Scene, error: float) -> float:
+    """The tolerance (L) at which smooth runs scatter by `error` (rad)."""
+    local = error / (_SCATTER * (speed(scene) + _REST))
+    return min(local, local**2 / _FALLING)
 
 
 def speed(scene: Scene) -> float:
@@ -94,8 +104,7 @@ def first_runs(scene: Scene, tolerance: float) -> list[tuple[int, float]]:
     (Of the finest runs three are better than two.)
     """
     least = TOLERANCES[-1]
-    fine = 0.95 * tolerance / (_SCATTER * (speed(scene) + _REST))
-    fine = min(max(fine, least * _FINER), TOLERANCES[0] / _FINER)
+    fine = min(max(_tolerance_for(scene, 0.95 * tolerance), least * _FINER), TOLERANCES[0] / _FINER)
     count = int(math.log(fine / least, _FINER) + 1e-9)
     locals_ = [fine * _FINER ** (1 - k) for k in range(count + 2)]
     return [(elements_for(local), float(f"{local:.3g}")) for local in locals_]
@@ -105,7 +114,7 @@ def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float
     """The level of the laws on which one run will do, where that is cheaper than two, and its error."""
     if not covered(scene, laws):
         return None
-    bounds = [max(b, scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.levels, strict=True)]
+    bounds = [max(b, _LAWFUL * scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.levels, strict=True)]
     level = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
     if level is None or laws.seconds[level] > seconds(scene, tolerance):
         return None
@@ -147,7 +156,7 @@ def _claimed(
     parts = [move / coarse for move, coarse in zip(moves[-2:], scatters[:-1][-2:], strict=True)]
     rattling = rattling and max(parts) > _ROUGH
     if measured and max(parts) <= 1.0:
-        return max(scatters[-1], moves[-1])
+        return max(scatters[-1], _SMOOTH * moves[-1])
     if len(moves) == 1:
         return max(scatters[-1], (_RATTLE_ALONE if rattling else _ALONE) * moves[0])
     before = (_RATTLE_BEFORE if rattling else _BEFORE) * moves[-2]
