@@ -380,7 +380,7 @@ def values(result: Crosscheck) -> dict[str, Any]:
 COMMAND = Command(
     name="crosscheck",
     title="Folds of the planar beam, side by side",
-    takes="about ten seconds; the first time, with compiling, a minute",
+    takes="five to ten seconds; the first time, with compiling, a minute",
     main=main,
     summary=summary,
     tables=tables,
