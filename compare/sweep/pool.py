@@ -146,11 +146,11 @@ def _load(module: str) -> None:
 
 def begin_early(module: str) -> None:
     """Start processes that import a module while this one does: as many as work beside it."""
-    if alone():
+    if alone() or processors() == 1:
         return
     # where there can be none, it is told when they are needed
     with suppress(OSError, RuntimeError):
-        pool = WorkerPool(max(1, processors() - 1))
+        pool = WorkerPool(processors() - 1)
         for _ in range(pool.size):
             pool.submit(_load, module)
         _early.append(pool)
