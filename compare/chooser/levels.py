@@ -36,8 +36,8 @@ SECONDS = {
 }
 _FINER = 10.0**0.5
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
-# Scatter of the snap over tolerance (L) times rate t* + _REST, rad: one of 789 answers of 200 scenes lay above
-# it; below _FALLING it falls as the root of the tolerance.
+# Scatter of the snap over tolerance (L) times rate t* + _REST, rad; of 789 answers one was beyond.
+# Below _FALLING it falls as the root of the tolerance.
 _SCATTER = {"kirchhoff": 8.0, "elastica": 4.5}
 _REST, _FALLING = 0.2, 1e-7
 # part of it that a law of single runs, which knows where they ring, claims at least
