@@ -1,4 +1,4 @@
-"""Laws of cost and error of each model, measured once (`laws.json`): what `choose` decides by.
+"""Laws of cost and error of each model, measured once (`cost_laws.json`): what `choose` decides by.
 
 Everything is in the beam's own units: rates and dampings times t* (`Ribbon.inertial_time`), and the
 compliance c = EI2 / (EA L^2).  Errors are of the angle of the snap, z(1/2) = 0, in rad.

@@ -57,17 +57,17 @@ _SMALL = 1e-4
 
 def scatter(scene: Scene, local: float) -> float:
     """What the snap of a smooth run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
-    return _scatter(scene) * max(local, math.sqrt(local * _FALLING))
+    return _per_tolerance(scene) * max(local, math.sqrt(local * _FALLING))
 
 
-def _scatter(scene: Scene) -> float:
-    """The same over the tolerance, where that is not small."""
+def _per_tolerance(scene: Scene) -> float:
+    """That scatter over the tolerance, where it is in proportion."""
     return _SCATTER[model_of(scene)] * (speed(scene) + _REST)
 
 
 def _tolerance_for(scene: Scene, error: float) -> float:
     """The tolerance (L) at which smooth runs scatter by `error` (rad)."""
-    local = error / _scatter(scene)
+    local = error / _per_tolerance(scene)
     return min(local, local**2 / _FALLING)
 
 
@@ -107,11 +107,16 @@ def first_runs(scene: Scene, tolerance: float) -> list[tuple[int, float]]:
 
     (Of the finest runs three are better than two.)
     """
-    least = TOLERANCES[-1]
-    fine = min(max(_tolerance_for(scene, 0.95 * tolerance), least * _FINER), TOLERANCES[0] / _FINER)
-    count = int(math.log(fine / least, _FINER) + 1e-9)
-    locals_ = [fine * _FINER ** (1 - k) for k in range(count + 2)]
-    return [(elements_for(local), float(f"{local:.3g}")) for local in locals_]
+    finest, coarsest = TOLERANCES[-1] * _FINER, TOLERANCES[0] / _FINER
+    fine = min(max(_tolerance_for(scene, 0.95 * tolerance), finest), coarsest)
+    return [(count, float(f"{local:.3g}")) for count, local in _finer_runs(fine, -1)]
+
+
+def _finer_runs(local: float, first: int) -> list[tuple[int, float]]:
+    """Elements and tolerance (L), finer and finer, from so many levels below a tolerance on."""
+    last = int(math.log(local / TOLERANCES[-1], _FINER) + 1e-9)
+    tolerances = [local * _FINER**-k for k in range(first, last + 1)]
+    return [(elements_for(each), each) for each in tolerances]
 
 
 def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float] | None:
@@ -189,11 +194,7 @@ def elements(
     if law:
         # if it rattles, finer ones check it
         single = laws.levels[law[0]]
-        finer = int(math.log(single[1] / TOLERANCES[-1], _FINER) + 1e-9)
-        meshes = [
-            single,
-            *((elements_for(t), t) for t in (single[1] * _FINER**-k for k in range(1, finer + 1))),
-        ]
+        meshes = [single, *_finer_runs(single[1], 1)]
     else:
         meshes = first_runs(scene, tolerance)
     runs: list[Run] = []

@@ -122,7 +122,7 @@ def endless(scene: Scene) -> Scene:
     """The scene with an end: a ramp without one goes on for a turn, or as far as the chord allows."""
     if scene.stop is not None or scene.schedule is not None:
         return scene
-    far = min(2.0 * math.pi if scene.turning else math.inf, scene.reach_towards(scene.direction))
+    far = min(2.0 * math.pi if scene.clamps_turn else math.inf, scene.reach_towards(scene.direction))
     return replace(scene, stop=math.copysign(far, scene.rate))
 
 
