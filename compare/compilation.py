@@ -186,10 +186,8 @@ class Background:
         def result() -> Result:
             # of workers that were lost the process that needs it does the work
             with suppress(BrokenExecutor):
-                with interrupts_held_back() as interrupts:
+                with interrupts_held_back():
                     begun = not future.cancel()
-                if interrupts:
-                    raise KeyboardInterrupt
                 if begun:
                     return result_of(future)
             return made()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -283,7 +282,9 @@ def main(
         mesh = _mesh_rows()
         elsewhere.wait()
         # what draws is imported while others compute
-        import_module("ribbonfem.output.style").blank(1.0, 1.0)
+        from ribbonfem.output.style import blank
+
+        blank(1.0, 1.0)
         beams, dots, curve = curves()
         against, snapped = rods(), snaps()
     return Crosscheck(

@@ -78,8 +78,8 @@ def _without_main() -> Iterator[None]:
 
 
 @contextmanager
-def interrupts_held_back() -> Iterator[list[int]]:
-    """Hold an interrupt back, and list that it came: who calls raises it as soon as that does no harm.
+def interrupts_held_back() -> Iterator[None]:
+    """Hold an interrupt back until the end of this context.
 
     Futures and executors take locks in Python: interrupted just then they would never be let go of, and the
     process could not end.
@@ -87,24 +87,24 @@ def interrupts_held_back() -> Iterator[list[int]]:
     came: list[int] = []
     mine = threading.current_thread() is threading.main_thread()
     if not mine or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield came
+        yield
         return
     signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
-        yield came
+        yield
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if came:
+        raise KeyboardInterrupt
 
 
 def result_of(future: Future[Result]) -> Result:
     """The result of a future, once it is there; an interrupt comes in between."""
     while True:
-        with interrupts_held_back() as interrupts:
+        with interrupts_held_back():
             done, _ = wait([future], timeout=MOMENT)
-            if done and not interrupts:
+            if done:
                 return future.result()
-        if interrupts:
-            raise KeyboardInterrupt
 
 
 def alone() -> bool:
@@ -127,7 +127,7 @@ class WorkerPool(ProcessPoolExecutor):
 
     def end(self) -> None:
         """Stop at once, whatever is running."""
-        with interrupts_held_back() as interrupts:
+        with interrupts_held_back():
             workers = list((self._processes or {}).values())
             self.shutdown(wait=False, cancel_futures=True)
             for worker in workers:
@@ -136,8 +136,6 @@ class WorkerPool(ProcessPoolExecutor):
                 worker.join(timeout=5.0)
                 if worker.is_alive():
                     worker.kill()
-        if interrupts:
-            raise KeyboardInterrupt
 
 
 def _load(module: str) -> None:

@@ -189,34 +189,19 @@ class Sweep:
         ahead = len(left) if self._given is not None else _AHEAD * self.processes
         try:
             while left or running:
-                lost, finished = False, []
-                failed: Exception | None = None
-                with interrupts_held_back() as interrupts:
-                    try:
-                        while left and len(running) < ahead:
-                            task = tasks[left[-1]]
-                            future = self._executor().submit(perform, task.function, task.argument, failures)
-                            running[future] = left.pop()
-                    except BrokenExecutor:
-                        lost = True
-                    done = wait(running, MOMENT, FIRST_COMPLETED).done if running else set()
-                    for future in done:
-                        number = running.pop(future)
-                        try:
-                            finished.append((number, future.result()))
-                        except BrokenExecutor:
-                            left.append(number)
-                            lost = True
-                        except Exception as error:
-                            # what else is finished comes first, and is kept
-                            failed = error
+                lost, failed = False, None
+                finished: list[tuple[int, Any]] = []
+                try:
+                    with interrupts_held_back():
+                        lost = self._round(tasks, left, running, ahead, failures, finished)
+                except (Exception, KeyboardInterrupt) as error:
+                    failed = error
+                # what is finished comes first, and is kept
                 for one in finished:
                     losses = 0
                     yield one
                 if failed is not None:
                     raise failed
-                if interrupts:
-                    raise KeyboardInterrupt
                 if lost:
                     left += running.values()
                     running.clear()
@@ -227,6 +212,38 @@ class Sweep:
                 future.cancel()
             self.close()
             raise
+
+    def _round(
+        self,
+        tasks: Sequence[Task],
+        left: list[int],
+        running: dict[Future[Any], int],
+        ahead: int,
+        failures: tuple[type[Exception], ...],
+        finished: list[tuple[int, Any]],
+    ) -> bool:
+        """Hand tasks on, and add what has finished in a moment to `finished`; whether workers were lost."""
+        lost = False
+        failed: Exception | None = None
+        try:
+            while left and len(running) < ahead:
+                task = tasks[left[-1]]
+                future = self._executor().submit(perform, task.function, task.argument, failures)
+                running[future] = left.pop()
+        except BrokenExecutor:
+            lost = True
+        for future in wait(running, MOMENT, FIRST_COMPLETED).done if running else ():
+            number = running.pop(future)
+            try:
+                finished.append((number, future.result()))
+            except BrokenExecutor:
+                left.append(number)
+                lost = True
+            except Exception as error:
+                failed = error
+        if failed is not None:
+            raise failed
+        return lost
 
     def _replaced(self, losses: int) -> int:
         """Workers anew for those that were lost; how often that was."""
