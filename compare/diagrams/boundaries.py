@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import attrgetter
 
 # points of a line in the first look, its ends included; runs on either side of a change that is found
 _LOOK, _BESIDE = 5, 4
@@ -42,10 +43,7 @@ class Boundary:
     above: str
     mesh: int
 
-    @property
-    def doubt(self) -> float:
-        """The old name of `uncertainty`."""
-        return self.uncertainty
+    doubt = property(attrgetter("uncertainty"), doc="The old name of `uncertainty`.")
 
     @property
     def band(self) -> bool:

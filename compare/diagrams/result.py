@@ -7,6 +7,7 @@ import io
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -87,10 +88,7 @@ class Diagram(Value):
             + ")"
         )
 
-    @property
-    def doubt(self) -> Array:
-        """The old name of `uncertainty`."""
-        return self.uncertainty
+    doubt = property(attrgetter("uncertainty"), doc="The old name of `uncertainty`.")
 
     @property
     def undetermined(self) -> NDArray[np.bool_]:

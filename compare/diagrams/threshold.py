@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any, cast
 
 from compare.limits import edge_ratio, two_point
@@ -49,10 +50,7 @@ class Change:
     above: str
     meshes: Mapping[int, float]
 
-    @property
-    def doubt(self) -> float:
-        """The old name of `uncertainty`."""
-        return self.uncertainty
+    doubt = property(attrgetter("uncertainty"), doc="The old name of `uncertainty`.")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -82,10 +80,7 @@ class Threshold(Value):
     model: str
     options: Mapping[str, Any]
 
-    @property
-    def doubt(self) -> float:
-        """The old name of `uncertainty`."""
-        return self.uncertainty
+    doubt = property(attrgetter("uncertainty"), doc="The old name of `uncertainty`.")
 
     def __repr__(self) -> str:
         parts = [
