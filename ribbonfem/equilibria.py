@@ -24,9 +24,6 @@ def control_text(scene: Scene | None, control: float, form: str = ".6g") -> str:
     return f"{name} {control:{form}} {unit}".rstrip()
 
 
-told = control_text  # its old name
-
-
 def axis_of(scene: Scene | None) -> str:
     """The head of a column of controls."""
     if scene is None or scene.clamps_turn:

@@ -1,6 +1,6 @@
 """All results of the models: those at rest (`equilibria`) and in motion (`history`), under one name."""
 
-from .equilibria import Array, Branch, Controlled, Fold, Instability, RestState, axis_of, control_text, told
+from .equilibria import Array, Branch, Controlled, Fold, Instability, RestState, axis_of, control_text
 from .frozen import Frozen, Value
 from .history import DEPARTED, MESH, History, SolverError, snaps_from, snaps_since
 
@@ -21,5 +21,4 @@ __all__ = [
     "control_text",
     "snaps_from",
     "snaps_since",
-    "told",
 ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ribbonfem.options import OptionError
-from ribbonfem.results import MESH, Array, Branch, Fold, Instability, SolverError, told
+from ribbonfem.results import MESH, Array, Branch, Fold, Instability, SolverError, control_text
 from ribbonfem.scene import Ribbon, Scene
 
 from .corrector import Point, Problem, State, Steps, equilibrium, first_point
@@ -268,7 +268,7 @@ def ramp_folds(
     result = ramp_events(problem, state, scene, steps)
     folds = tuple(event for event in result if event.kind == "fold")
     if result and not folds and _folds_beyond(problem, result[0], scene, steps or steps_for(scene)):
-        where = told(scene, result[0].point.parameter, ".9g")
+        where = control_text(scene, result[0].point.parameter, ".9g")
         raise SolverError(
             f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses "
             "there, see `instabilities`; folds beyond are in `equilibria`"

@@ -34,7 +34,7 @@ def of_start(scene: Scene) -> Scene:
         end = sign * image.reach_towards(sign) if far is None else far
         return replace(image, damping=0.0, schedule=Schedule((0.0, 1.0), (image.begin, end), "linear"))
     reach = image.reach_towards(sign)
-    if image.turning:
+    if image.clamps_turn:
         far = 4.0 * _STRETCH if far is None else abs(far)
         reach = min(math.ceil(far / _STRETCH), 64) * _STRETCH
     elif far is not None:
