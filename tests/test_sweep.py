@@ -244,6 +244,8 @@ LOCKED = """
     import signal
     from concurrent.futures import _base
 
+    # (a job in the background of a shell ignores it)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     enter, rest = _base._AcquireFutures.__enter__, [3]
 
     def interrupted(self):
