@@ -91,7 +91,7 @@ def central(function, h):
 
 def dense(problem, state, parameter):
     """Hessian in increments, as a full matrix."""
-    _, _, _, band, border, corner = problem.assembled(state, parameter)
+    _, _, _, band, border, corner, *_ = problem.assembled(state, parameter)
     n = len(band)
     matrix = np.zeros((n + 3, n + 3))
     for d in range(band.shape[1]):

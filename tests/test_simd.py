@@ -140,3 +140,18 @@ def test_a_motion_is_the_same_with_the_compiler_switched_off():
     assert np.allclose(
         *(np.array(text.split(), float) for text in (plainly.stdout, ours.getvalue())), rtol=1e-9
     )
+
+
+@compiled()
+def _shifted(a, out):
+    lanes.store_from(out, (0, 1), 2.0 * lanes.load_from(a, (1, 3)))
+
+
+@pytest.mark.parametrize("kernel", [_shifted, _shifted.py_func])
+def test_four_in_a_row_from_any_place_on(kernel, monkeypatch):
+    if kernel is not _shifted:
+        for name in ("load_from", "store_from"):
+            monkeypatch.setattr(lanes, name, getattr(simd_arrays, name))
+    a, out = np.arange(20.0).reshape(2, 10), np.zeros((2, 8))
+    kernel(a, out)
+    assert out.tolist() == [[0, 26, 28, 30, 32, 0, 0, 0], [0] * 8]

@@ -21,13 +21,16 @@ from . import kernels
 Array = NDArray[np.float64]
 
 
-def _turn(angle: float, twist: float, by_angle: float, by_twist: float) -> tuple[Array, Array]:
-    """Quaternion (4,) of Ry(angle) Rx(twist), and its derivative where the angles have these."""
+_Quaternion = tuple[float, float, float, float]
+
+
+def _turn(angle: float, twist: float, by_angle: float, by_twist: float) -> tuple[_Quaternion, _Quaternion]:
+    """Quaternion of Ry(angle) Rx(twist), and its derivative where the angles have these."""
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
     d, e = math.cos(0.5 * twist), math.sin(0.5 * twist)
     a, b = 0.5 * by_angle, 0.5 * by_twist
     rate = (-a * s * d - b * c * e, -a * s * e + b * c * d, a * c * d - b * s * e, -a * c * e - b * s * d)
-    return np.array((c * d, c * e, s * d, -s * e)), np.array(rate)
+    return (c * d, c * e, s * d, -s * e), rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +80,35 @@ class Ends:
         """(8,)"""
         return self.fixed + self.moved * parameter
 
+    def poses(self, parameter: float) -> tuple[Array, Array]:
+        """Quaternions (2, 4) of both clamps, and their derivatives in the parameter; read-only."""
+        kept = self._poses.get(parameter)
+        if kept is None:
+            f, m = self.numbers
+            left = _turn(f[0] + m[0] * parameter, f[2] + m[2] * parameter, m[0], m[2])
+            right = _turn(-f[1] - m[1] * parameter, f[3] + m[3] * parameter, -m[1], m[3])
+            kept = np.array((left[0], right[0])), np.array((left[1], right[1]))
+            for array in kept:
+                array.flags.writeable = False
+            # a state is moved to a parameter, and the equations are written there
+            self._poses.clear()
+            self._poses[parameter] = kept
+        return kept
+
     def left(self, parameter: float) -> tuple[Array, Array]:
         """Quaternion (4,) of the left clamp, and its derivative in the parameter."""
-        f, m = self.numbers
-        return _turn(f[0] + m[0] * parameter, f[2] + m[2] * parameter, m[0], m[2])
+        pose, rate = self.poses(parameter)
+        return pose[0], rate[0]
 
     def right(self, parameter: float) -> tuple[Array, Array]:
         """The same of the right clamp."""
-        f, m = self.numbers
-        return _turn(-f[1] - m[1] * parameter, f[3] + m[3] * parameter, -m[1], m[3])
+        pose, rate = self.poses(parameter)
+        return pose[1], rate[1]
+
+    @cached_property
+    def _poses(self) -> dict[float, tuple[Array, Array]]:
+        # the last ones
+        return {}
 
     @cached_property
     def numbers(self) -> tuple[list[float], list[float]]:

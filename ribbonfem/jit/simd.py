@@ -21,6 +21,7 @@ _numbers: Any = simd_arrays if config.DISABLE_JIT else simd_vectors
 
 WIDTH = simd_arrays.WIDTH
 load, store, spread = _numbers.load, _numbers.store, _numbers.spread
+load_from, store_from = _numbers.load_from, _numbers.store_from
 transposed, lane = _numbers.transposed, _numbers.lane
 all_below, larger = _numbers.all_below, _numbers.larger
 root, nearest = _numbers.root, _numbers.nearest

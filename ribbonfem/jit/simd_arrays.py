@@ -58,6 +58,18 @@ def store(array: Array, indices: tuple[int, ...], value: Lanes) -> None:
     array[indices] = value.places
 
 
+def load_from(array: Array, indices: tuple[int, ...]) -> Lanes:
+    """The four of array[*indices[:-1], :] from place indices[-1] on: in steps of one, not of four."""
+    *entry, first = indices
+    return Lanes(array[tuple(entry)][first : first + WIDTH].copy())
+
+
+def store_from(array: Array, indices: tuple[int, ...], value: Lanes) -> None:
+    """array[*indices[:-1], indices[-1] : indices[-1] + 4] = value."""
+    *entry, first = indices
+    array[tuple(entry)][first : first + WIDTH] = value.places
+
+
 def spread(value: float) -> Lanes:
     """Four times the same number."""
     return Lanes(np.full(WIDTH, value))

@@ -122,6 +122,36 @@ def store(typing: Any, array: Any, indices: Any, value: Any) -> Any:
     return types.void(array, indices, value), generate
 
 
+def _from(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
+    """A pointer to the vector that begins with an array's number at these indices."""
+    struct = context.make_array(kinds[0])(context, builder, array)
+    places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
+    places = [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
+    pointer = cgutils.get_item_pointer(context, builder, kinds[0], struct, places, wraparound=False)
+    return builder.bitcast(pointer, _VECTOR.as_pointer())
+
+
+@intrinsic
+def load_from(typing: Any, array: Any, indices: Any) -> Any:
+    """See `simd_arrays.load_from`."""
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.load(_from(context, builder, sig.args, *args), align=8)
+
+    return LANES(array, indices), generate
+
+
+@intrinsic
+def store_from(typing: Any, array: Any, indices: Any, value: Any) -> Any:
+    """See `simd_arrays.store_from`."""
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        builder.store(args[2], _from(context, builder, sig.args, *args[:2]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, indices, value), generate
+
+
 @intrinsic
 def spread(typing: Any, value: Any) -> Any:
     """See `simd_arrays.spread`."""

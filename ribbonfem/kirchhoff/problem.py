@@ -23,7 +23,6 @@ from ribbonfem.closed_form import euler
 from ribbonfem.continuation import Linearisation, parameter_weight
 from ribbonfem.elements.lobatto import LineTables, line_tables, lobatto_weights
 from ribbonfem.ends import Ends
-from ribbonfem.linalg.banded import Arrow
 from ribbonfem.options import OptionError, flag, require_memory, whole_number
 from ribbonfem.results import Array
 from ribbonfem.scene import Ribbon
@@ -101,7 +100,6 @@ class Statics:
         self.weight = np.zeros(4 * inner + 3)
         # |dg| is half the angle
         self.weight[: 4 * inner] = 4.0 * ROTATION_WEIGHT / inner
-        self.refined = True
         self.parameter_weight = parameter_weight(ends.moved)
 
     @property
@@ -113,12 +111,6 @@ class Statics:
         """The same equations with EI1/EI2 larger by a share."""
         other = copy(self)
         other.stiffness = self.stiffness * np.array([1.0, 1.0, 1.0 + share])
-        return other
-
-    def roughly(self) -> Statics:
-        """The same equations, solved for guesses."""
-        other = copy(self)
-        other.refined = False
         return other
 
     @property
@@ -166,57 +158,43 @@ class Statics:
         """Move the inner frames and the force, and the clamp to `parameter`."""
         g = kernels.move(state.g, np.ascontiguousarray(increment))
         if self.ends.turns:
-            g[0], g[-1] = self.ends.left(parameter)[0], self.ends.right(parameter)[0]
+            g[[0, -1]] = self.ends.poses(parameter)[0]
         return Frames(g, state.force + increment[-3:], parameter)
 
-    def assembled(self, state: Frames, parameter: float) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """Residual, its derivative in the parameter, tangent-space basis, band, border and corner."""
-        tables, ends = self.tables, self.ends
-        nodes = len(state.g)
-        inner = nodes - 2
-        basis = np.empty((nodes, 4, 3))
-        kernels.frame_basis(state.g, basis)
-        band = np.empty((3 * inner, 3 * (tables.degree + 1)))
-        border, corner = np.empty((3, 3 * inner)), np.empty((3, 3))
-        residual, column = np.empty(4 * inner + 3), np.empty(4 * inner + 3)
-        kernels.assemble(
+    def assembled(self, state: Frames, parameter: float) -> tuple[Any, ...]:
+        """Residual, its derivative in the parameter, tangent-space basis, band, border and corner.
+
+        Then what `banded.factored` makes of them.
+        """
+        ends = self.ends
+        residual, column, *parts = kernels.linearised(
             state.g,
             state.force,
             in_fours(self.loads(parameter)) if self.loaded else self._no_loads,
-            tables.value,
+            self.tables.value,
             self.slope,
             self.weights,
             self.stiffness,
             self.compliance,
             self.unbent_fours(parameter),
-            np.array((ends.left(parameter)[1], ends.right(parameter)[1])),
+            ends.poses(parameter)[1],
             ends.force(parameter)[1],
-            band,
-            border,
-            corner,
-            residual,
-            column,
         )
         chord, change = ends.reach(parameter)
         residual[-3:] += chord
         column[-3:] += change
-        return residual, column, basis, band, border, corner
+        return residual, column, *parts
 
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
-        residual, column, basis, band, border, corner = self.assembled(state, parameter)
-        arrow = Arrow(band, border, corner, refined=self.refined)
+        residual, column, *parts, negative = self.assembled(state, parameter)
 
         def solve(right: Array) -> Array:
             x = np.ascontiguousarray(right.reshape(len(right), -1))
-            y = np.empty((len(band) + 3, x.shape[1]))
-            kernels.to_increments(basis, x, y)
-            out = np.empty_like(x)
-            kernels.to_quaternions(basis, arrow.solve(y), out)
-            return out.reshape(right.shape)
+            return np.asarray(kernels.solved(*parts, x)).reshape(right.shape)
 
         # three negative eigenvalues belong to the multipliers
-        return Linearisation(residual, column, solve, arrow.negative - 3)
+        return Linearisation(residual, column, solve, negative - 3)
 
     def strains(self, state: Frames) -> tuple[Array, Array]:
         """Body strains (tau, -kappa2, kappa1) and r' at the Gauss points, (elements, p, 3) each."""

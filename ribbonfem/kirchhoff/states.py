@@ -314,7 +314,7 @@ def _images(problem: Statics, state: Frames, shear: float) -> dict[str, Frames]:
 
 def _roughly(scene: Scene, extensible: bool) -> Frames | None:
     """A guess at a scene's US state, by long steps on a coarse mesh; None if they do not lead there."""
-    problem, shear = in_shear(scene, _COARSE, extensible).roughly(), abs(scene.shear)
+    problem, shear = in_shear(scene, _COARSE, extensible), abs(scene.shear)
     steps = _strides(scene.compression)
     try:
         # not cut off at the shear: what is looked for lies before it

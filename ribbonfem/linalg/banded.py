@@ -1,32 +1,60 @@
 """L D L^T of symmetric banded matrices with a few dense rows: factors, solutions, inertia.
 
 The tangents of all models are symmetric: a band, and a few dense rows of global constraints.
-L D L^T without pivoting keeps the band and gives the inertia for nothing (Sylvester); a small
-pivot costs digits, which one step of iterative refinement restores.
+L D L^T without pivoting keeps the band and gives the inertia for nothing (Sylvester); small pivots
+cost digits, which one step of iterative refinement restores where the residual says so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ribbonfem.results import Array
 
 from ..jit.decorator import compiled
+from ..jit.simd import WIDTH, load_from, spread, store_from, summed
+
+# Numbers after a row, so that four at a time may be read, and written back as they were, beyond its last.
+_SPARE = WIDTH - 1
+# A residual over the right-hand side above which a solution is refined.
+_LOST = 1e-9
+
+
+@compiled(inline=True)
+def _add(
+    to: Array, row: int, first: int, factor: float, of: Array, line: int, start: int, count: int
+) -> None:
+    """to[row, first:] += factor of[line, start:], `count` numbers; beyond them `of` is 0."""
+    for k in range(0, count, WIDTH):
+        more = factor * load_from(of, (line, start + k))
+        store_from(to, (row, first + k), load_from(to, (row, first + k)) + more)
+
+
+@compiled(inline=True)
+def _dot(of: Array, line: int, start: int, x: Array, row: int, first: int, count: int) -> float:
+    """The product of of[line, start:] and x[row, first:], `count` numbers; beyond them one of both is 0."""
+    total = spread(0.0)
+    for k in range(0, count, WIDTH):
+        total += load_from(of, (line, start + k)) * load_from(x, (row, first + k))
+    return summed(total)
 
 
 @compiled(fastmath={"contract"})
-def factor_arrow(band: Array, border: Array, corner: Array) -> int:
+def factor_arrow(band: Array, border: Array, corner: Array, reach: Array) -> int:
     """Overwrite a symmetric arrow matrix with its L D L^T; return the number of negative pivots.
 
     Parameters
     ----------
-    band: (n + w, w + 1), band[i, d] = A[i + d, i]; the last w rows are scratch.
-    border: (k, n), rows n .. n + k - 1 of the matrix.
+    band: (n, w + 1 + spare), band[i, d] = A[i + d, i].
+    border: (k, n + spare), rows n .. n + k - 1 of the matrix.
     corner: (k, k).
+    reach: (n,) entries of each row beyond the diagonal, those that come with the factors among them.
     """
-    n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
+    n, k = band.shape[0], border.shape[0]
     negative = 0
     tiny = 1e-300
     for i in range(n):
@@ -37,19 +65,18 @@ def factor_arrow(band: Array, border: Array, corner: Array) -> int:
         if pivot < 0.0:
             negative += 1
         inverse = 1.0 / pivot
+        width = reach[i]
         for r in range(k):
             entry = border[r, i]
             if entry != 0.0:
                 factor = entry * inverse
-                for d in range(1, min(width, n - 1 - i) + 1):
-                    border[r, i + d] -= factor * band[i, d]
-                for s in range(k):
-                    corner[r, s] -= factor * border[s, i] if s >= r else 0.0
-        for d in range(1, min(width, n - 1 - i) + 1):
+                _add(border, r, i + 1, -factor, band, i, 1, width)
+                for s in range(r, k):
+                    corner[r, s] -= factor * border[s, i]
+        for d in range(1, width + 1):
             factor = band[i, d] * inverse
             if factor != 0.0:
-                for e in range(d, width + 1):
-                    band[i + d, e - d] -= factor * band[i, e]
+                _add(band, i + d, 0, -factor, band, i, d, width + 1 - d)
         for r in range(k):
             border[r, i] *= inverse
         for d in range(1, width + 1):
@@ -71,15 +98,13 @@ def factor_arrow(band: Array, border: Array, corner: Array) -> int:
 
 
 @compiled(fastmath={"contract"})
-def solve_arrow(band: Array, border: Array, corner: Array, x: Array, last: Array) -> None:
-    """Overwrite x (n + w,), its end zero, and the last unknowns (k,) by the solution, from `factor_arrow`."""
-    n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
+def solve_arrow(band: Array, border: Array, corner: Array, reach: Array, x: Array, last: Array) -> None:
+    """Overwrite x (1, n + spare), its end zero, and the last unknowns (k,), by `factor_arrow`'s factors."""
+    n, k = band.shape[0], border.shape[0]
     for i in range(n):
-        value = x[i]
-        for d in range(1, width + 1):
-            x[i + d] -= band[i, d] * value
+        _add(x, 0, i + 1, -x[0, i], band, i, 1, reach[i])
     for r in range(k):
-        last[r] -= _dot(border, r, 0, n, x, 0)
+        last[r] -= _dot(border, r, 0, x, 0, 0, n)
         for s in range(r):
             last[r] -= corner[s, r] * last[s]
     for r in range(k - 1, -1, -1):
@@ -87,30 +112,11 @@ def solve_arrow(band: Array, border: Array, corner: Array, x: Array, last: Array
         for s in range(r + 1, k):
             last[r] -= corner[r, s] * last[s]
     for i in range(n):
-        x[i] /= band[i, 0]
+        x[0, i] /= band[i, 0]
     for r in range(k):
-        for i in range(n):
-            x[i] -= border[r, i] * last[r]
+        _add(x, 0, 0, -last[r], border, r, 0, n)
     for i in range(n - 1, -1, -1):
-        x[i] -= _dot(band, i, 1, width, x, i + 1)
-
-
-@compiled(inline=True, fastmath={"contract"})
-def _dot(band: Array, i: int, first: int, count: int, x: Array, at: int) -> float:
-    """Of `count` entries of a row from `first` on with those of x from `at` on.
-
-    Four sums side by side, where one would wait for every product before it.
-    """
-    one = two = three = four = 0.0
-    whole = count - count % 4
-    for d in range(0, whole, 4):
-        one += band[i, first + d] * x[at + d]
-        two += band[i, first + d + 1] * x[at + d + 1]
-        three += band[i, first + d + 2] * x[at + d + 2]
-        four += band[i, first + d + 3] * x[at + d + 3]
-    for d in range(whole, count):
-        one += band[i, first + d] * x[at + d]
-    return (one + two) + (three + four)
+        x[0, i] -= _dot(band, i, 1, x, 0, i + 1, reach[i])
 
 
 @compiled(fastmath={"contract"})
@@ -120,38 +126,94 @@ def multiply_arrow(
     """Write the (unfactored) matrix times x (n,) and the last unknowns (k,) to y (n,) and (k,)."""
     n, k, width = border.shape[1], border.shape[0], band.shape[1] - 1
     for i in range(n):
-        y[i] = band[i, 0] * x[i]
+        y[0, i] = 0.0
     for i in range(n):
-        here = min(width, n - 1 - i)
-        for d in range(1, here + 1):
-            y[i + d] += band[i, d] * x[i]
-        y[i] += _dot(band, i, 1, here, x, i + 1)
+        here, total = x[0, i], band[i, 0] * x[0, i]
+        for d in range(1, min(width, n - 1 - i) + 1):
+            y[0, i + d] += band[i, d] * here
+            total += band[i, d] * x[0, i + d]
+        y[0, i] += total
     for r in range(k):
-        after[r] = _dot(border, r, 0, n, x, 0)
+        after[r] = 0.0
         for i in range(n):
-            y[i] += border[r, i] * last[r]
+            after[r] += border[r, i] * x[0, i]
+            y[0, i] += border[r, i] * last[r]
         for s in range(k):
             after[r] += corner[min(r, s), max(r, s)] * last[s]
 
 
 @compiled(allocates=True, fastmath={"contract"})
-def factors_of(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
+def factors_of(
+    band: Array, border: Array, corner: Array
+) -> tuple[Array, Array, Array, NDArray[np.int64], int]:
     """As `factored`, for compiled code: what hands arrays to Python cannot serve both."""
-    n, width = band.shape[0], band.shape[1] - 1
-    factors = np.zeros((n + width, width + 1))
+    n, width, k = band.shape[0], band.shape[1] - 1, border.shape[0]
+    factors, rows = np.zeros((n, width + 1 + _SPARE)), np.zeros((k, n + _SPARE))
+    reach = np.zeros(n, dtype=np.int64)
+    end = 0
     for i in range(n):
-        # what a band holds beyond the matrix is no part of it
+        # what a band holds beyond the matrix is no part of it, and a row gets the entries of those before it
         for d in range(min(width, n - 1 - i) + 1):
             factors[i, d] = band[i, d]
-    rows, last = border.copy(), corner.copy()
-    negative = factor_arrow(factors, rows, last)
-    return factors, rows, last, negative
+            if band[i, d] != 0.0 and i + d > end:
+                end = i + d
+        reach[i] = max(end - i, 0)
+    for r in range(k):
+        for i in range(n):
+            rows[r, i] = border[r, i]
+    last = corner.copy()
+    negative = factor_arrow(factors, rows, last, reach)
+    return factors, rows, last, reach, negative
 
 
 @compiled(allocates=True, fastmath={"contract"})
-def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, int]:
+def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, Array, NDArray[np.int64], int]:
     """The factors of `factor_arrow` of band (n, w + 1), border and corner, which stay as they are."""
     return factors_of(band, border, corner)
+
+
+@compiled(allocates=True, fastmath={"contract"})
+def solution(
+    band: Array,
+    border: Array,
+    corner: Array,
+    factors: Array,
+    rows: Array,
+    last: Array,
+    reach: Array,
+    right: Array,
+) -> Array:
+    """As `solved`, for compiled code."""
+    k, n = border.shape
+    out = np.empty_like(right)
+    x, end = np.zeros((1, n + _SPARE)), np.empty(k)
+    rest, over = np.zeros((1, n + _SPARE)), np.empty(k)
+    for c in range(right.shape[1]):
+        # (entry by entry: what assigns slices takes longer to compile than all the rest)
+        for i in range(n):
+            x[0, i] = right[i, c]
+        for r in range(k):
+            end[r] = right[n + r, c]
+        solve_arrow(factors, rows, last, reach, x, end)
+        multiply_arrow(band, border, corner, x, end, rest, over)
+        most = left = 0.0
+        for i in range(n):
+            rest[0, i] = right[i, c] - rest[0, i]
+            most, left = max(most, abs(right[i, c])), max(left, abs(rest[0, i]))
+        for r in range(k):
+            over[r] = right[n + r, c] - over[r]
+            most, left = max(most, abs(right[n + r, c])), max(left, abs(over[r]))
+        if not left <= _LOST * most:
+            solve_arrow(factors, rows, last, reach, rest, over)
+            for i in range(n):
+                x[0, i] += rest[0, i]
+            for r in range(k):
+                end[r] += over[r]
+        for i in range(n):
+            out[i, c] = x[0, i]
+        for r in range(k):
+            out[n + r, c] = end[r]
+    return out
 
 
 @compiled(allocates=True, fastmath={"contract"})
@@ -162,37 +224,11 @@ def solved(
     factors: Array,
     rows: Array,
     last: Array,
+    reach: Array,
     right: Array,
-    refined: bool,
 ) -> Array:
-    """The solution (n + k, m) for right-hand sides (n + k, m), perhaps with one step of refinement."""
-    k, n = border.shape
-    out = np.empty_like(right)
-    x, end = np.zeros(factors.shape[0]), np.empty(k)
-    rest, over = np.zeros(factors.shape[0]), np.empty(k)
-    for c in range(right.shape[1]):
-        # (entry by entry: what assigns slices takes longer to compile than all the rest)
-        for i in range(n):
-            x[i] = right[i, c]
-        for r in range(k):
-            end[r] = right[n + r, c]
-        solve_arrow(factors, rows, last, x, end)
-        if refined:
-            multiply_arrow(band, border, corner, x, end, rest, over)
-            for i in range(n):
-                rest[i] = right[i, c] - rest[i]
-            for r in range(k):
-                over[r] = right[n + r, c] - over[r]
-            solve_arrow(factors, rows, last, rest, over)
-            for i in range(n):
-                x[i] += rest[i]
-            for r in range(k):
-                end[r] += over[r]
-        for i in range(n):
-            out[i, c] = x[i]
-        for r in range(k):
-            out[n + r, c] = end[r]
-    return out
+    """The solution (n + k, m) for right-hand sides (n + k, m), refined where that is needed."""
+    return solution(band, border, corner, factors, rows, last, reach, right)
 
 
 class Arrow:
@@ -207,32 +243,23 @@ class Arrow:
     Attributes
     ----------
     negative: number of negative eigenvalues of the whole matrix.
-    refined: whether solutions have a step of refinement, at more than the price of another solution.
     """
 
-    def __init__(
-        self,
-        band: Array,
-        border: Array | None = None,
-        corner: Array | None = None,
-        *,
-        refined: bool = True,
-    ) -> None:
+    def __init__(self, band: Array, border: Array | None = None, corner: Array | None = None) -> None:
         border = np.zeros((0, len(band))) if border is None else border
         corner = np.zeros((len(border), len(border))) if corner is None else corner
         *factors, negative = factored(band, border, corner)
         self._parts = (band, border, corner, *factors)
         self.negative = int(negative)
-        self.refined = refined
 
     @classmethod
-    def of(cls, parts: Sequence[Array], negative: int) -> Arrow:
+    def of(cls, parts: Sequence[Any], negative: int) -> Arrow:
         """Of a band, border and corner, and what `factored` has made of them."""
         arrow = cls.__new__(cls)
-        arrow._parts, arrow.negative, arrow.refined = tuple(parts), int(negative), True
+        arrow._parts, arrow.negative = tuple(parts), int(negative)
         return arrow
 
     def solve(self, right: Array) -> Array:
         """Solve for right-hand sides (n + k,) or (n + k, m)."""
         b = np.ascontiguousarray(right.reshape(len(right), -1), dtype=np.float64)
-        return np.asarray(solved(*self._parts, b, self.refined)).reshape(right.shape)
+        return np.asarray(solved(*self._parts, b)).reshape(right.shape)

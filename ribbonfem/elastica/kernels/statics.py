@@ -123,8 +123,8 @@ def linearised(
     bending: Array,
     soft: float,
     ends: Array,
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, int]:
-    """Residual and its change with the parameter, the tangent, its factors and their negative pivots."""
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, int]:
+    """Residual and its change with the parameter, the tangent, and what `banded.factored` makes of it."""
     inner = phi.shape[0] - 2
     band, border, corner = np.empty((inner, P + 1)), np.empty((2, inner)), np.empty((2, 2))
     residual, column = np.empty(inner + 2), np.empty(inner + 2)
@@ -144,5 +144,5 @@ def linearised(
         residual,
         column,
     )
-    factors, rows, last, negative = factors_of(band, border, corner)
-    return residual, column, band, border, corner, factors, rows, last, negative
+    factors, rows, last, reach, negative = factors_of(band, border, corner)
+    return residual, column, band, border, corner, factors, rows, last, reach, negative

@@ -18,6 +18,7 @@ import numpy as np
 from ribbonfem.jit.algebra import Quaternion, Value, Vector, dot
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
+from ribbonfem.linalg.banded import factors_of, solution
 from ribbonfem.results import Array
 
 from .batch import INLINED, collect, force_at
@@ -121,7 +122,7 @@ def _add_columns(
 
 
 @compiled(allocates=True)
-def assemble(
+def _assemble(
     g: Array,
     force: Array,
     loads: Array,
@@ -258,6 +259,71 @@ def _keep_along_spheres(g: Array, residual: Array, column: Array) -> None:
         for r in range(4):
             residual[4 * a + r] -= along * g[a + 1, r]
             column[4 * a + r] -= across * g[a + 1, r]
+
+
+@compiled(allocates=True)
+def linearised(
+    g: Array,
+    force: Array,
+    loads: Array,
+    value: Array,
+    slope: Array,
+    weights: Array,
+    stiffness: Array,
+    compliance: float,
+    natural: Array,
+    turning: Array,
+    push: Array,
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, Array, int]:
+    """Of the arguments of `_assemble`: what it fills, and what `banded.factored` makes of the tangent.
+
+    Residual and its change with the parameter; `frame_basis`, band, border and corner; factors.
+    """
+    inner, size = g.shape[0] - 2, slope.shape[2]
+    basis = np.empty((inner + 2, 4, 3))
+    frame_basis(g, basis)
+    band, border, corner = np.empty((3 * inner, 3 * size)), np.empty((3, 3 * inner)), np.empty((3, 3))
+    residual, column = np.empty(4 * inner + 3), np.empty(4 * inner + 3)
+    _assemble(
+        g,
+        force,
+        loads,
+        value,
+        slope,
+        weights,
+        stiffness,
+        compliance,
+        natural,
+        turning,
+        push,
+        band,
+        border,
+        corner,
+        residual,
+        column,
+    )
+    factors, rows, last, reach, negative = factors_of(band, border, corner)
+    return residual, column, basis, band, border, corner, factors, rows, last, reach, negative
+
+
+@compiled(allocates=True)
+def solved(
+    basis: Array,
+    band: Array,
+    border: Array,
+    corner: Array,
+    factors: Array,
+    rows: Array,
+    last: Array,
+    reach: Array,
+    right: Array,
+) -> Array:
+    """As `banded.solved`, of vectors (4 m + 3, k) of quaternions and the force."""
+    along = np.empty((3 * (basis.shape[0] - 2) + 3, right.shape[1]))
+    to_increments(basis, right, along)
+    result = np.empty_like(right)
+    to_quaternions(basis, solution(band, border, corner, factors, rows, last, reach, along), result)
+    return result
 
 
 @compiled()
