@@ -288,12 +288,13 @@ def correct(
     row, corner = problem.weight * base.direction, problem.parameter_weight * base.rate
     state, parameter = _predicted(problem, base, step, near)
     before, total = parameter, np.zeros_like(base.direction)
+    both = np.empty((len(total), 2))
     for iteration in range(1, steps.newton + 1):
         line = problem.linearise(state, parameter)
         # Plain block elimination: half the solves of the mixed one, and what it loses where J is
         # nearly singular is a part of a correction, which the next iteration makes good.
-        both = line.solve(np.column_stack((line.residual, line.slope)))
-        newton, column = both[:, 0], both[:, 1]
+        both[:, 0], both[:, 1] = line.residual, line.slope
+        newton, column = line.solve(both).T
         across = corner - float(row @ column)
         change = float(row @ newton) / across
         increment = -newton - change * column

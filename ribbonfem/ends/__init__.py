@@ -71,11 +71,6 @@ class Ends:
         )
         return cls(np.zeros(len(CONTROLS)), moved, chord, np.zeros(3))
 
-    @cached_property
-    def turns(self) -> bool:
-        """Whether the parameter turns or twists a clamp."""
-        return bool(self.moved[:4].any())
-
     def controls(self, parameter: float) -> Array:
         """(8,)"""
         return self.fixed + self.moved * parameter

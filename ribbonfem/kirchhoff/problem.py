@@ -156,9 +156,7 @@ class Statics:
 
     def advance(self, state: Frames, increment: Array, parameter: float) -> Frames:
         """Move the inner frames and the force, and the clamp to `parameter`."""
-        g = kernels.move(state.g, np.ascontiguousarray(increment))
-        if self.ends.turns:
-            g[[0, -1]] = self.ends.poses(parameter)[0]
+        g = kernels.move(state.g, np.ascontiguousarray(increment), self.ends.poses(parameter)[0])
         return Frames(g, state.force + increment[-3:], parameter)
 
     def assembled(self, state: Frames, parameter: float) -> tuple[Any, ...]:

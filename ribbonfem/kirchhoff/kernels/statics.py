@@ -357,9 +357,12 @@ def to_quaternions(basis: Array, y: Array, x: Array) -> None:
 
 
 @compiled(allocates=True)
-def move(g: Array, increment: Array) -> Array:
-    """Frames (nodes, 4) after an increment (4 m + 3,) of the inner ones, normalised."""
+def move(g: Array, increment: Array, clamped: Array) -> Array:
+    """Frames (nodes, 4) after an increment (4 m + 3,) of the inner ones, normalised; the outer are told."""
     new = g.copy()
+    last = g.shape[0] - 1
+    for r in range(4):
+        new[0, r], new[last, r] = clamped[0, r], clamped[1, r]
     for a in range(g.shape[0] - 2):
         square = 0.0
         for r in range(4):
