@@ -67,7 +67,7 @@ def _elements_rest() -> list[Any]:
 
 
 def _rods_rest() -> list[Any]:
-    return [[fold.angle, fold.height, fold.load] for fold in MODELS["der"].folds(_RIBBON, nodes=21)]
+    return [[fold.angle, fold.height, fold.load] for fold in MODELS["der"].folds(_RIBBON, nodes=51)]
 
 
 # those that take longest first
