@@ -281,19 +281,21 @@ def test_a_planar_snap_is_as_exact_as_it_claims():
         assert abs(answer.value - SNAP) <= answer.error <= tolerance
 
 
-@pytest.mark.parametrize("planar", [True, False])
-def test_the_claimed_error_covers_the_true_one(planar):
-    # (none of these rattles)
+@pytest.mark.parametrize(("planar", "scenes"), [(True, 8), (False, 2)])
+def test_the_claimed_error_covers_the_true_one(planar, scenes):
+    """Of planar scenes by one run of the elastica at most, against elements in three dimensions."""
+    # (none of the ribbons rattles)
     rng = np.random.default_rng(21)
-    for _ in range(2):
+    for _ in range(scenes):
         scene = random_scene(rng, planar=planar)
         run = {"elements": 16, "tolerance": 5e-8, "extensible": True, "configurations": False}
         truth = kirchhoff.simulate(refinement.endless(scene), until="snap", **run).crossing()[1]
-        for tolerance in (1e-3, 1e-4, 1e-5):
+        for tolerance in (1e-3, 1e-4, 1e-5, 1e-6)[: 4 if planar else 3]:
             answer = choose(scene, tolerance).run()
             assert answer.met
             assert not answer.sensitive
             assert abs(answer.value - truth) <= answer.error
+            assert not planar or len(answer.runs) <= 1
 
 
 def test_a_law_of_single_runs_knows_where_the_beam_rings():

@@ -101,7 +101,7 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
         # the mid tangent of a planar beam is level at rest: it has no first snap of its own
         choice("quantity", quantity, ("snap",))
         return _planar(scene, wanted, motion, laws)
-    return _ribbon(scene, wanted, quantity, motion, laws)
+    return _ribbon(scene, wanted, quantity, motion)
 
 
 def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
@@ -119,9 +119,7 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
     if quantity == "fold":
         reason = "another rig: geometrically exact elements, refined until meshes agree"
         return AtRest(scene, "fold", tolerance, name, {"extensible": True}, tolerance, 0.5, reason)
-    whose = "the elastica" if scene.planar else "the Kirchhoff rod"
-    reason = f"another rig, of which no law was measured: elements of {whose}, checked by finer ones"
-    return _elements(scene, tolerance, quantity, reason, motion)
+    return _elements(scene, tolerance, quantity, "another rig, of which no law was measured", motion)
 
 
 def _side(scene: Scene) -> float:
@@ -181,8 +179,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         return way(scene, "snap", tolerance, model, options, error, seconds, reason, value, motion)
 
     def refined(why: str) -> Choice:
-        reason = f"planar, {why}: runs of the elastica, each checked by a finer one"
-        return _elements(scene, tolerance, "snap", reason, motion)
+        return _elements(scene, tolerance, "snap", f"planar, {why}", motion)
 
     up, side = refinement.upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
@@ -201,11 +198,12 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if result.angle - result.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    pair = levels.seconds(scene, tolerance)
+    single = levels.alone(scene, tolerance, laws.elements)
+    cost = single.seconds if single else levels.seconds(scene, tolerance)
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
     for beam in laws.planar.beam_runs:
         error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
-        if error <= tolerance and laws.planar.seconds(beam) <= pair:
+        if error <= tolerance and laws.planar.seconds(beam) <= cost:
             reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
             reason += f"planar and stable out of plane: {beam.elements} elements of the elastica do, "
             reason += f"to {error:.1e}"
@@ -214,16 +212,23 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     return refined("and finer than a law of cheaper beams")
 
 
-def _elements(scene: Scene, tolerance: float, quantity: str, reason: str, motion: bool) -> Choice:
-    """Runs that check each other."""
-    (count, local), (_, finer), *_ = levels.first_runs(scene, tolerance)
+def _elements(scene: Scene, tolerance: float, quantity: str, why: str, motion: bool) -> Choice:
+    """A run whose error is known, else runs that check each other."""
+    model, law = levels.model_of(scene), levels.alone(scene, tolerance, shipped().elements)
+    whose = "elastica" if scene.planar else "Kirchhoff rod"
+    if law:
+        count, local, error, seconds = law
+        reason = f"{why}: {count} elements of the {whose} at a tolerance of {local:.3g} L do, to {error:.1e}"
+        reason += "" if scene.planar else ", unless the run rattles: then finer ones check it"
+    else:
+        (count, local), (_, finer), *_ = levels.first_runs(scene, tolerance)
+        error, seconds = levels.scatter(scene, finer), levels.seconds(scene, tolerance)
+        reason = f"{why}: elements of the {whose}, each run checked by a finer one"
     options = {"elements": count, "tolerance": local, "extensible": True}
-    error, seconds = levels.scatter(scene, finer), levels.seconds(scene, tolerance)
-    model = levels.model_of(scene)
     return Elements(scene, quantity, tolerance, model, options, error, seconds, reason, motion=motion)
 
 
-def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: Laws) -> Choice:
+def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choice:
     steps = refinement.expected_steps(scene)
     if steps > _LONG and not motion and predicted.forgets(scene, quantity):
         uncertain = predicted.expected_error(scene)
@@ -233,14 +238,4 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool, laws: L
                 f"and the delay to its next order, to {uncertain:.1e} or so; else a run"
             )
             return Slow(scene, quantity, tolerance, "folds", {}, uncertain, _SLOW_SECONDS, reason)
-    law = levels.alone(scene, tolerance, laws.elements)
-    if law is None:
-        reason = "sheared: elements of the Kirchhoff rod, each run checked by a finer one"
-        return _elements(scene, tolerance, quantity, reason, motion)
-    level, bound = law
-    count, local = laws.elements.levels[level]
-    options = {"elements": count, "tolerance": local, "extensible": True}
-    seconds = laws.elements.seconds[level]
-    reason = f"sheared: {count} elements of the Kirchhoff rod at a tolerance of {local:g} L do, to "
-    reason += f"{bound:.1e}, unless the run rattles: then finer ones check it"
-    return Elements(scene, quantity, tolerance, "kirchhoff", options, bound, seconds, reason, motion=motion)
+    return _elements(scene, tolerance, quantity, "sheared", motion)

@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping
 from itertools import pairwise
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,14 +32,19 @@ from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
 TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9)
 SECONDS = {
     "kirchhoff": (0.01, 0.013, 0.018, 0.045, 0.08, 0.15, 0.25, 0.6, 1.5, 4.0),
-    "elastica": (0.0035, 0.0047, 0.0056, 0.009, 0.014, 0.028, 0.044, 0.1, 0.2, 0.4),
+    "elastica": (0.0021, 0.0026, 0.0035, 0.006, 0.0085, 0.015, 0.038, 0.058, 0.1, 0.21),
 }
 _FINER = 10.0**0.5
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
-# Scatter of the snap over tolerance (L) times rate t* + _REST, rad; of 789 answers one was beyond.
+# Scatter of the snap over the tolerance (L), by rate t*: a + b rate^c, rad.  Of 778 answers of ribbons two
+# were beyond, both of which rattled; of 2900 single planar runs, of 350 scenes within _MEASURED, none (.74).
 # Below _FALLING it falls as the root of the tolerance.
-_SCATTER = {"kirchhoff": 8.0, "elastica": 4.5}
-_REST, _FALLING = 0.2, 1e-7
+_SCATTER = {"kirchhoff": (1.6, 8.0, 1.0), "elastica": (1.3, 3.5, 1.4)}
+_FALLING = 1e-7
+# rate t*, nu t*, dL/L and h/L of those planar scenes: within, one run is enough
+_MEASURED = ((0.01, 15.0), (0.05, 60.0), (0.05, 0.5), (0.004, 0.02))
+# and its elements, by the least tolerance (L) for which they are enough: four cost little more than one
+_MEASURED_MESHES = ((5e-5, 4), (2e-7, 8), (2e-8, 12), (0.0, 16))
 # A ribbon that rattles remembers every error made on the way: at 21 tolerances it was within 4.2 times that.
 _RATTLE = 5.0
 # part of it that a law of single runs, which knows where they ring, claims at least
@@ -64,7 +69,8 @@ def scatter(scene: Scene, local: float) -> float:
 
 def _per_tolerance(scene: Scene) -> float:
     """That scatter over the tolerance, where it is in proportion."""
-    return _SCATTER[model_of(scene)] * (speed(scene) + _REST)
+    rest, factor, power = _SCATTER[model_of(scene)]
+    return rest + factor * speed(scene) ** power
 
 
 def _tolerance_for(scene: Scene, error: float) -> float:
@@ -83,20 +89,17 @@ def speed(scene: Scene) -> float:
     return float(moved.max()) * scene.ribbon.inertial_time
 
 
-def covered(scene: Scene, laws: ElementLaws) -> bool:
-    """Whether the laws were measured for ribbons like this one."""
-    if scene.planar:
-        # (those of single planar runs are the elastica's own)
+def _measured(scene: Scene, laws: ElementLaws) -> bool:
+    """Whether the error of single runs was measured for scenes like this one."""
+    rate, damping = abs(scene.scaled_rate), scene.scaled_damping
+    if not scene.usual:
         return False
-    low, high = laws.rate
-    weak, strong = laws.damping
-    return (
-        scene.usual
-        and scene.ribbon == Ribbon()
-        and low <= abs(scene.scaled_rate) <= high
-        and weak <= scene.scaled_damping <= strong
-        and 0.1 <= scene.compression <= 0.5
-    )
+    if scene.planar:
+        values = rate, damping, scene.compression, scene.ribbon.thickness / scene.ribbon.length
+        return all(low <= value <= high for value, (low, high) in zip(values, _MEASURED, strict=True))
+    ranges = (laws.rate, laws.damping, (0.1, 0.5))
+    within = zip((rate, damping, scene.compression), ranges, strict=True)
+    return scene.ribbon == Ribbon() and all(low <= value <= high for value, (low, high) in within)
 
 
 def elements_for(local: float) -> int:
@@ -121,15 +124,40 @@ def _finer_runs(local: float, first: int) -> list[tuple[int, float]]:
     return [(elements_for(each), each) for each in tolerances]
 
 
-def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> tuple[int, float] | None:
-    """The level of the laws on which one run will do, where that is cheaper than two, and its error."""
-    if not covered(scene, laws):
+class Single(NamedTuple):
+    """A run that needs no other to check it.
+
+    Attributes
+    ----------
+    elements, tolerance: of the run; L.
+    error: of the snap, rad.
+    seconds: of CPU, typically.
+    """
+
+    elements: int
+    tolerance: float
+    error: float
+    seconds: float
+
+
+def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> Single | None:
+    """The single run that will do, where its error is known and it is cheaper than two; or None.
+
+    A ribbon's is checked all the same if it rattles.
+    """
+    if not _measured(scene, laws):
         return None
-    bounds = [max(b, _LAWFUL * scatter(scene, t)) for b, (_, t) in zip(laws.bound, laws.levels, strict=True)]
-    level = next((k for k, bound in enumerate(bounds) if bound <= tolerance), None)
-    if level is None or laws.seconds[level] > seconds(scene, tolerance):
-        return None
-    return level, bounds[level]
+    if scene.planar:
+        # the second of the runs that would check each other scatters little enough
+        _, local = first_runs(scene, tolerance)[1]
+        count = next(count for least, count in _MEASURED_MESHES if local >= least)
+        error = scatter(scene, local)
+        return Single(count, local, error, _typical(scene, local)) if error <= tolerance else None
+    for (count, local), bound, cost in zip(laws.levels, laws.bound, laws.seconds, strict=True):
+        error = max(bound, _LAWFUL * scatter(scene, local))
+        if error <= tolerance:
+            return Single(count, local, error, cost) if cost <= seconds(scene, tolerance) else None
+    return None
 
 
 def model_of(scene: Scene) -> str:
@@ -139,9 +167,13 @@ def model_of(scene: Scene) -> str:
 
 def seconds(scene: Scene, tolerance: float) -> float:
     """Typical CPU seconds of the first two runs of an answer."""
+    return sum(_typical(scene, local) for _, local in first_runs(scene, tolerance)[:2])
+
+
+def _typical(scene: Scene, local: float) -> float:
+    """Typical CPU seconds of a run at a tolerance (L)."""
     table = np.log(SECONDS[model_of(scene)])
-    at = [math.log(local) for _, local in first_runs(scene, tolerance)[:2]]
-    return float(np.exp(np.interp(at, np.log(TOLERANCES[::-1]), table[::-1])).sum())
+    return float(np.exp(np.interp(math.log(local), np.log(TOLERANCES[::-1]), table[::-1])))
 
 
 def _closing(values: list[float | None]) -> bool:
@@ -193,12 +225,8 @@ def elements(
         As the model does.
     """
     whole, law, model = endless(scene), alone(scene, tolerance, laws), model_of(scene)
-    if law:
-        # if it rattles, finer ones check it
-        single = laws.levels[law[0]]
-        meshes = [single, *_finer_runs(single[1], 1)]
-    else:
-        meshes = first_runs(scene, tolerance)
+    # (if a single run rattles, or does not snap, finer ones check it)
+    meshes = [law[:2], *_finer_runs(law.tolerance, 1)] if law else first_runs(scene, tolerance)
     runs: list[Run] = []
     values: list[float | None] = []
     scatters: list[float] = []
@@ -219,7 +247,7 @@ def elements(
         # (the mid tangent of a planar beam is level at rest and crosses nothing)
         rattling = rattling or (quantity != "first snap" and not scene.planar and rattles(history, scene))
         if law and len(runs) == 1 and not rattling and run.value is not None:
-            return Settled(run.value, law[1], False, tuple(runs), history)
+            return Settled(run.value, law.error, False, tuple(runs), history)
         if len(values) == 1:
             continue
         error = _claimed(values, scatters, rattling, scene.usual)
