@@ -55,14 +55,23 @@ def root(
     """The instant between rows k - 1 and k, on both sides of 0, at which `values` are 0, as in `between`."""
     value = between(time, values, k, rates, kinks)
     low, high = float(time[k - 1]), float(time[k])
-    sign = value(low) > 0.0
+    below, above = value(low), value(high)
+    before, stuck = high, 0
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        if (value(middle) > 0.0) == sign:
-            low = middle
+        # regula falsi; the end that stays counts half, that it does not stay for good (Illinois)
+        middle = (low * above - high * below) / (above - below) if below != above else low
+        if abs(middle - before) <= 2e-16 * abs(middle):
+            break
+        before, here = middle, value(middle)
+        if (here > 0.0) == (below > 0.0):
+            low, below = middle, here
+            above *= 0.5 if stuck < 0 else 1.0
+            stuck = -1
         else:
-            high = middle
-    return 0.5 * (low + high)
+            high, above = middle, here
+            below *= 0.5 if stuck > 0 else 1.0
+            stuck = 1
+    return min(max(before, float(time[k - 1])), float(time[k]))
 
 
 def _around(time: Array, k: int) -> list[int]:

@@ -27,4 +27,5 @@ def in_fours(table: Array) -> Array:
     """A table (E, ...) as (G, ..., WIDTH)."""
     elements = len(table)
     which = np.minimum(np.arange(WIDTH * groups_of(elements)), elements - 1)
-    return np.ascontiguousarray(np.moveaxis(table[which].reshape(-1, WIDTH, *table.shape[1:]), 1, -1))
+    groups = table[which].reshape(-1, WIDTH, *table.shape[1:])
+    return np.ascontiguousarray(groups.transpose(0, *range(2, groups.ndim), 1))
