@@ -53,6 +53,9 @@ def freeze(array: Any) -> Any:
 
 def _frozen(value: Any) -> Any:
     """A field of a result, read-only: arrays, and mappings and sequences of them all through."""
+    if value is None or type(value) in (float, int, str, bool):
+        # (to ask whether it is a mapping takes longer)
+        return value
     if isinstance(value, np.ndarray):
         return _unwritten(value)
     if isinstance(value, Mapping):

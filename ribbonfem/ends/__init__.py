@@ -206,6 +206,9 @@ def _longest(
     """The longest step between two kinks: what changes most changes by its `_LARGEST`; inf at rest."""
     speed = 0.0
     for k in range(first, max(last, first + 1)):
+        if not pieces[k, 2:].any():
+            speed = max(speed, abs(float(pieces[k, 1])))
+            continue
         length = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         at = np.linspace(0.0, length, 9)
         speed = max(speed, float(np.abs(np.polyval(np.polyder(pieces[k, ::-1]), at)).max()))
