@@ -4,14 +4,14 @@ It chooses by the measured laws of `cost_laws`, in a millisecond; `Choice.run` r
 In order of cost:
 
 * no run: the planar fold and its delay are known in closed form and from a table;
-* the elastica, where the scene is planar, and a law of single runs is exact enough;
-* runs of the elastica that check each other for other planar scenes: a run stays in the plane, and a scene
-  that would leave it is refused. With bending and twisting stiffness above a bound the out-of-plane mode is
-  stable up to the fold, below it the elastica's own second variation is asked;
+* one run of the elastica, where the scene is planar, of a measured error; of rigs for which it was not
+  measured runs that check each other.  A run stays in the plane, and a scene that would leave it is refused.
+  With bending and twisting stiffness above a bound the out-of-plane mode is stable up to the fold, below it
+  the elastica's own second variation is asked;
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
   that a run would have to follow a long vibration which cannot carry it over the barrier;
-* a ribbon in motion by the same elements: one run inside of a measured law, which reads off itself whether
-  it rattles, else finer and finer ones until what they differ by, and their scatter, meet the tolerance;
+* a ribbon in motion by elements of the Kirchhoff rod, in the same way; a run reads off itself whether it
+  rattles, and is checked by two others then, and by finer ones until the tolerance is met;
 * discrete rods on two or more meshes, extrapolated, where the elements fail.
 
 The reference of all errors is the ribbon as it is stated: in three dimensions and extensible.
@@ -198,7 +198,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
         if result.angle - result.error > stop and scene.hold == 0.0:
             reason = f"{known}: the ramp stops before it snaps"
             return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    single = levels.alone(scene, tolerance, laws.elements)
+    single = levels.alone(scene, tolerance)
     cost = single.seconds if single else levels.seconds(scene, tolerance)
     factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
     for beam in laws.planar.beam_runs:
@@ -214,7 +214,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
 
 def _elements(scene: Scene, tolerance: float, quantity: str, why: str, motion: bool) -> Choice:
     """A run whose error is known, else runs that check each other."""
-    model, law = levels.model_of(scene), levels.alone(scene, tolerance, shipped().elements)
+    model, law = levels.model_of(scene), levels.alone(scene, tolerance)
     whose = "elastica" if scene.planar else "Kirchhoff rod"
     if law:
         count, local, error, seconds = law

@@ -212,30 +212,6 @@ class RibbonLaws:
         return float(sum(self.data["seconds"][self.beginning(level)]))
 
 
-class ElementLaws:
-    """The laws of the Kirchhoff elements on ribbons.
-
-    Parameters
-    ----------
-    data: the "elements" part of the file.
-
-    Attributes
-    ----------
-    levels: elements and tolerance (L) of each level.
-    bound, typical: error of the snap (rad) that 98 % and half of the smooth scenes stay below, by level.
-    seconds: CPU, median, by level.
-    rate, damping: what was measured, times t*.
-    """
-
-    def __init__(self, data: dict[str, Any]) -> None:
-        self.levels: tuple[tuple[int, float], ...] = tuple((int(n), float(t)) for n, t in data["ladder"])
-        self.bound: tuple[float, ...] = tuple(data["bound"])
-        self.typical: tuple[float, ...] = tuple(data["typical"])
-        self.seconds: tuple[float, ...] = tuple(data["seconds"])
-        self.rate: tuple[float, float] = tuple(data["rate"])
-        self.damping: tuple[float, float] = tuple(data["damping"])
-
-
 @dataclass(frozen=True)
 class Laws:
     """All that was measured; `data` as in the file."""
@@ -251,11 +227,6 @@ class Laws:
     def ribbon(self) -> RibbonLaws:
         """Those of sheared ones."""
         return RibbonLaws(self.data["ribbon"])
-
-    @cached_property
-    def elements(self) -> ElementLaws:
-        """Those of sheared ones by elements."""
-        return ElementLaws(self.data["elements"])
 
 
 @lru_cache(maxsize=1)

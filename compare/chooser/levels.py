@@ -1,15 +1,16 @@
 """Refinement of finite elements in motion: levels of mesh and tolerance, and the error claimed of them.
 
-The error that is claimed is the larger of two. One is what smooth runs scatter by: an instant found by
-adaptive steps errs in proportion to their tolerance, and the clamp turns on meanwhile. The other is twice
-what the last runs differ by; where that is more than the coarser one scatters by, or where no such scatter
-was measured, it counts several times, for a single difference may be small by chance, and where the one
-before was much larger, a part of that counts. Errors fall too unevenly for an extrapolation, also on steps
-that are halved one by one.
+An instant found by adaptive steps errs in proportion to their tolerance, and the clamp turns on meanwhile:
+that is what smooth runs scatter by.  For one clamp that turns at a constant rate it was measured over drawn
+scenes and tolerances (`ribbonfem calibrate --parts elements`), and a single run claims it.  Of other rigs
+runs check each other: they claim that scatter, or twice what the last two differ by; where that is more
+than the coarser one scatters by, it counts several times, for a single difference may be small by chance,
+and where the one before was much larger, a part of that counts.  Errors fall too unevenly for an
+extrapolation, also on steps that are halved one by one.
 
 A run reads off itself whether it rattles: a ribbon that snaps twice and has not forgotten its first
-vibration when it snaps again remembers every error made on the way. It is checked by finer runs wherever it
-lies, scatters by more, and if they differ by more than smooth ones would, their differences count more.
+vibration when it snaps again remembers every error made on the way, and two runs may agree by chance.  Three
+runs at least check each other then, and the larger of their differences counts.
 """
 
 from __future__ import annotations
@@ -22,48 +23,46 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ribbonfem import History, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
+from ribbonfem import History, Scene, SceneError, SolverError, elastica, kirchhoff
 
-from .cost_laws import ElementLaws
-from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed
+from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed, upward
 
 # Tolerances (L) of single runs, coarsest first, and their typical CPU seconds; from one run to the next on
 # the way to an answer the tolerance falls by _FINER.
 TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9)
 SECONDS = {
-    "kirchhoff": (0.01, 0.013, 0.018, 0.045, 0.08, 0.15, 0.25, 0.6, 1.5, 4.0),
+    "kirchhoff": (0.009, 0.009, 0.01, 0.018, 0.027, 0.06, 0.11, 0.25, 0.45, 0.9),
     "elastica": (0.0021, 0.0026, 0.0035, 0.006, 0.0085, 0.015, 0.038, 0.058, 0.1, 0.21),
 }
 _FINER = 10.0**0.5
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
-# Scatter of the snap over the tolerance (L), by rate t*: a + b rate^c, rad.  Of 778 answers of ribbons two
-# were beyond, both of which rattled; of 2900 single planar runs, of 350 scenes within _MEASURED, none (.74).
-# Below _FALLING it falls as the root of the tolerance.
-_SCATTER = {"kirchhoff": (1.6, 8.0, 1.0), "elastica": (1.3, 3.5, 1.4)}
+# Scatter of a smooth run's snap over its tolerance (L), by rate t*: a + b rate^c, rad.  Below _FALLING it
+# falls as the root of the tolerance.
+_SCATTER = {"kirchhoff": (0.8, 4.0, 1.0), "elastica": (1.3, 3.5, 1.4)}
 _FALLING = 1e-7
-# rate t*, nu t*, dL/L and h/L of those planar scenes: within, one run is enough
-_MEASURED = ((0.01, 15.0), (0.05, 60.0), (0.05, 0.5), (0.004, 0.02))
-# and its elements, by the least tolerance (L) for which they are enough: four cost little more than one
-_MEASURED_MESHES = ((5e-5, 4), (2e-7, 8), (2e-8, 12), (0.0, 16))
-# A ribbon that rattles remembers every error made on the way: at 21 tolerances it was within 4.2 times that.
-_RATTLE = 5.0
-# part of it that a law of single runs, which knows where they ring, claims at least
-_LAWFUL = 0.25
+# rate t*, nu t*, h/L and dL/L for which it was measured
+_MEASURED = ((0.01, 15.0), (0.05, 60.0), (0.004, 0.02))
+_COMPRESSIONS = {"kirchhoff": (0.1, 0.5), "elastica": (0.05, 0.5)}
+# and of planar runs the elements, by the least tolerance (L) for which they are enough
+_PLANAR_MESHES = ((5e-5, 4), (2e-7, 8), (2e-8, 12), (0.0, 16))
+# Claimed of a ribbon that rattles: this much of a smooth run's scatter, without the root, or of the larger
+# of the last two differences.
+_RATTLE, _RATTLE_MOVES = 2.0, 3.0
 # Claimed of a difference that may be scatter: some overdamped scenes err as the root of the tolerance.
 _SMOOTH = 2.0
 # Claimed of a difference that is no scatter and stands alone, and of the last of several, which counts as at
 # least this part of the one before.
 _ALONE, _LATEST, _BEFORE = 6.0, 2.0, 0.3
-# The same of a ribbon that rattles: it snaps at one vibration or another, and two runs may agree by chance.
-_RATTLE_ALONE, _RATTLE_BEFORE = 20.0, 1.0
 # A mesh of fewer elements that fails, or lacks the start, is passed over.
 _SURE = 8
 # Differences (rad) up to which runs that no longer close in on a limit leave nothing undecided.
 _SMALL = 1e-4
 
 
-def scatter(scene: Scene, local: float) -> float:
-    """What the snap of a smooth run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
+def scatter(scene: Scene, local: float, rattling: bool = False) -> float:
+    """What the snap of a run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
+    if rattling:
+        return _RATTLE * _per_tolerance(scene) * local
     return _per_tolerance(scene) * max(local, math.sqrt(local * _FALLING))
 
 
@@ -89,22 +88,26 @@ def speed(scene: Scene) -> float:
     return float(moved.max()) * scene.ribbon.inertial_time
 
 
-def _measured(scene: Scene, laws: ElementLaws) -> bool:
+def _measured(scene: Scene) -> bool:
     """Whether the error of single runs was measured for scenes like this one."""
-    rate, damping = abs(scene.scaled_rate), scene.scaled_damping
-    if not scene.usual:
+    if not scene.usual or upward(scene).rate < 0.0:
         return False
-    if scene.planar:
-        values = rate, damping, scene.compression, scene.ribbon.thickness / scene.ribbon.length
-        return all(low <= value <= high for value, (low, high) in zip(values, _MEASURED, strict=True))
-    ranges = (laws.rate, laws.damping, (0.1, 0.5))
-    within = zip((rate, damping, scene.compression), ranges, strict=True)
-    return scene.ribbon == Ribbon() and all(low <= value <= high for value, (low, high) in within)
+    values = abs(scene.scaled_rate), scene.scaled_damping, scene.ribbon.thickness / scene.ribbon.length
+    within = (*_MEASURED, _COMPRESSIONS[model_of(scene)])
+    pairs = zip((*values, scene.compression), within, strict=True)
+    return all(low <= value <= high for value, (low, high) in pairs)
 
 
 def elements_for(local: float) -> int:
     """An even number on whose mesh the error in space is below that of a tolerance `local` (L) in time."""
     return 2 * math.ceil(2.0 * math.log10(TOLERANCES[0] / local) + 2.0 - 1e-9)
+
+
+def enough_for(model: str, local: float) -> int:
+    """Elements of a single run at a tolerance `local` (L): four cost little more than one."""
+    if model == "elastica":
+        return next(count for least, count in _PLANAR_MESHES if local >= least)
+    return max(8, 4 * math.ceil(elements_for(local) / 4))
 
 
 def first_runs(scene: Scene, tolerance: float) -> list[tuple[int, float]]:
@@ -140,24 +143,17 @@ class Single(NamedTuple):
     seconds: float
 
 
-def alone(scene: Scene, tolerance: float, laws: ElementLaws) -> Single | None:
-    """The single run that will do, where its error is known and it is cheaper than two; or None.
+def alone(scene: Scene, tolerance: float) -> Single | None:
+    """The single run that will do, where its error was measured; None if it was not.
 
     A ribbon's is checked all the same if it rattles.
     """
-    if not _measured(scene, laws):
+    # the second of the runs that would check each other scatters little enough
+    _, local = first_runs(scene, tolerance)[1]
+    error = scatter(scene, local)
+    if not _measured(scene) or error > tolerance:
         return None
-    if scene.planar:
-        # the second of the runs that would check each other scatters little enough
-        _, local = first_runs(scene, tolerance)[1]
-        count = next(count for least, count in _MEASURED_MESHES if local >= least)
-        error = scatter(scene, local)
-        return Single(count, local, error, _typical(scene, local)) if error <= tolerance else None
-    for (count, local), bound, cost in zip(laws.levels, laws.bound, laws.seconds, strict=True):
-        error = max(bound, _LAWFUL * scatter(scene, local))
-        if error <= tolerance:
-            return Single(count, local, error, cost) if cost <= seconds(scene, tolerance) else None
-    return None
+    return Single(enough_for(model_of(scene), local), local, error, _typical(scene, local))
 
 
 def model_of(scene: Scene) -> str:
@@ -192,24 +188,21 @@ def _claimed(
 
     `measured`: whether smooth runs are known to scatter by no more than `scatters`.
     """
-    moves, least = [apart(a, b) for a, b in pairwise(values)], scatters[-1] * (_RATTLE if rattling else 1.0)
+    moves = [apart(a, b) for a, b in pairwise(values)]
     if values[-1] is None:
         # no instant, nothing that scatters
         return 0.0 if moves[-1] == 0.0 else math.inf
+    if rattling:
+        return max(scatters[-1], _RATTLE_MOVES * max(moves[-2:])) if len(moves) > 1 else math.inf
     parts = [move / coarse for move, coarse in zip(moves[-2:], scatters[:-1][-2:], strict=True)]
-    smooth = max(parts) <= 1.0
-    rattling = rattling and not smooth
-    if measured and smooth:
-        return max(least, _SMOOTH * moves[-1])
+    if measured and max(parts) <= 1.0:
+        return max(scatters[-1], _SMOOTH * moves[-1])
     if len(moves) == 1:
-        return max(least, (_RATTLE_ALONE if rattling else _ALONE) * moves[0])
-    before = (_RATTLE_BEFORE if rattling else _BEFORE) * moves[-2]
-    return max(least, _LATEST * max(moves[-1], before))
+        return max(scatters[-1], _ALONE * moves[0])
+    return max(scatters[-1], _LATEST * max(moves[-1], _BEFORE * moves[-2]))
 
 
-def elements(
-    scene: Scene, quantity: str, tolerance: float, laws: ElementLaws, *, configurations: bool = False
-) -> Settled:
+def elements(scene: Scene, quantity: str, tolerance: float, *, configurations: bool = False) -> Settled:
     """Run the elements on finer and finer meshes until an instant has settled to a tolerance.
 
     Parameters
@@ -217,46 +210,59 @@ def elements(
     scene: with or without `stop`.
     quantity: "snap" or "first snap".
     tolerance: rad.
-    laws: of single runs.
 
     Raises
     ------
     SceneError, SolverError
         As the model does.
     """
-    whole, law, model = endless(scene), alone(scene, tolerance, laws), model_of(scene)
-    # (if a single run rattles, or does not snap, finer ones check it)
-    meshes = [law[:2], *_finer_runs(law.tolerance, 1)] if law else first_runs(scene, tolerance)
+    whole, model = endless(scene), model_of(scene)
+
+    def made(count: int, local: float) -> tuple[Run, History, bool]:
+        """A run, its motion, and whether it rattles."""
+        options: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
+        options |= {"configurations": configurations, "until": "snap"}
+        run, history = timed(model, MODELS[model].simulate, whole, quantity, options)
+        # (the mid tangent of a planar beam is level at rest and crosses nothing)
+        return run, history, quantity != "first snap" and not scene.planar and rattles(history, scene)
+
+    law, single, meshes = alone(scene, tolerance), None, first_runs(scene, tolerance)
+    if law:
+        single = made(law.elements, law.tolerance)
+        run, history, rattling = single
+        if not rattling and run.value is not None:
+            return Settled(run.value, law.error, False, (run,), history)
+        # coarser ones check it as well as finer ones do, for less
+        coarser = (local for k in (2, 1) if (local := law.tolerance * _FINER**k) <= TOLERANCES[0])
+        meshes = [(enough_for(model, local), local) for local in coarser]
+        meshes += [law[:2], *_finer_runs(law.tolerance, 1)]
     runs: list[Run] = []
     values: list[float | None] = []
     scatters: list[float] = []
-    history: History | None = None
+    last: History | None = None
     error, rattling, sensitive = math.inf, False, False
     for count, local in meshes:
-        options: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
-        options |= {"configurations": configurations, "until": "snap"}
         try:
-            run, history = timed(model, MODELS[model].simulate, whole, quantity, options)
+            run, last, rattles_too = (
+                single if single and law and local == law.tolerance else made(count, local)
+            )
         except (SceneError, SolverError):
             if count >= _SURE:
                 raise
             continue
+        rattling = rattling or rattles_too
         runs.append(run)
         values.append(run.value)
-        scatters.append(scatter(scene, local))
-        # (the mid tangent of a planar beam is level at rest and crosses nothing)
-        rattling = rattling or (quantity != "first snap" and not scene.planar and rattles(history, scene))
-        if law and len(runs) == 1 and not rattling and run.value is not None:
-            return Settled(run.value, law.error, False, tuple(runs), history)
+        scatters.append(scatter(scene, local, rattling))
         if len(values) == 1:
             continue
         error = _claimed(values, scatters, rattling, scene.usual)
         if error <= tolerance:
-            return Settled(values[-1], error, False, tuple(runs), history)
+            return Settled(values[-1], error, False, tuple(runs), last)
         # runs that close in on a limit leave a tolerance unmet, and nothing undecided
         moved = apart(values[-2], values[-1])
         sensitive = not _closing(values) and moved > _SMALL
         lost = moved > (max(4.0 * tolerance, _SMALL) if rattling else SCATTER)
-        if len(values) > 2 and sensitive and lost:
+        if len(values) > 3 and sensitive and lost:
             break
-    return Settled(values[-1], error, sensitive, tuple(runs), history)
+    return Settled(values[-1], error, sensitive, tuple(runs), last)

@@ -141,7 +141,7 @@ class Elements(Choice):
         laws, motion = shipped(), self.motion
 
         def elements(scene: Scene) -> Settled:
-            return levels.elements(scene, self.quantity, self.tolerance, laws.elements, configurations=motion)
+            return levels.elements(scene, self.quantity, self.tolerance, configurations=motion)
 
         def rods(scene: Scene) -> Settled:
             return refinement.rods(

@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from compare.chooser import random_scenes
+from compare.chooser import levels, random_scenes
 from compare.chooser.cost_laws import FILE, BeamRun, PlanarLaws, rounded, shipped
 from compare.chooser.random_scenes import planar_scene, planar_snap
-from compare.chooser.refinement import expected_steps
+from compare.chooser.refinement import endless, expected_steps
 from compare.limits import limit_of
 from compare.models import warm_up
 from compare.report.registry import Command
@@ -22,15 +22,16 @@ from compare.report.section import Drawing, Table
 from compare.sweep import Sweep
 from ribbonfem import Ribbon, Scene, elastica
 from ribbonfem.delay import NormalForm, predict, universal
-from ribbonfem.options import whole_number
+from ribbonfem.options import choice, whole_number
 from ribbonfem.output.style import colormaps, figure
 
 from .study import Study
 
 # meshes of rods that are run one after the other until their extrapolation has settled
 MESHES = (31, 51, 76, 101, 151, 201, 301)
-# elements and tolerances that are run one after the other until two agree
-LEVELS = ((4, 1e-4), (6, 3e-5), (8, 1e-5), (8, 3e-6), (10, 1e-6), (12, 3e-7))
+# tolerances (L) of the elements' single runs, and elements and tolerances of what they are measured against
+SINGLE = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7)
+FINEST = ((20, 1e-8), (24, 3e-9))
 # what the laws cover: dL/L, h/L; rates and dampings times t* take in 1e-4..1 rad/s and 1e-2..1e2 1/s
 COMPRESSIONS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 RATES = tuple(10.0 ** np.arange(-4.0, 0.26, 0.25))
@@ -153,15 +154,6 @@ def planar_runs(sweep: Sweep) -> dict[str, Any]:
     }
 
 
-def _drawn(
-    title: str, measure: Callable[[Scene], Any], scenes: int, seed: int, sweep: Sweep, **more: Any
-) -> tuple[list[Scene], list[Any]]:
-    """Random ribbons, and what was measured of each."""
-    rng = np.random.default_rng(seed)
-    drawn = [random_scenes.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
-    return drawn, Study(title, measure, drawn, **more).results(sweep)
-
-
 def _ribbon(scene: Scene) -> dict[str, Any]:
     runs = [random_scenes.rod_snap(scene, nodes, 1e-4) for nodes in MESHES]
     times = {f"{t:.0e}": random_scenes.rod_snap(scene, 76, t)[0] for t in (1e-6, 1e-5)}
@@ -171,7 +163,9 @@ def _ribbon(scene: Scene) -> dict[str, Any]:
 
 def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     """Errors of rods on random ribbons: of extrapolated meshes, and of the integration in time."""
-    drawn, result = _drawn("ribbons", _ribbon, scenes, seed, sweep)
+    rng = np.random.default_rng(seed)
+    drawn = [random_scenes.random_ribbon(rng) for _ in sweep.progress("drawing ribbons", range(scenes))]
+    result = Study("ribbons", _ribbon, drawn).results(sweep)
     rate = np.array([scene.scaled_rate for scene in drawn])
     laws: dict[str, Any] = {"meshes": MESHES, "scenes": scenes, "seed": seed, "time": {}, "mesh": {}}
     best = np.array([f["time"]["1e-06"] for f in result])
@@ -191,35 +185,40 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     return laws
 
 
-def _elements(scene: Scene) -> list[tuple[float, float, bool]]:
-    return [random_scenes.element_snap(scene, elements, tolerance) for elements, tolerance in LEVELS]
+def _single_runs(scene: Scene) -> list[tuple[float, float, bool]]:
+    """Snap (rad), CPU seconds, and whether it rattles, of each run at `SINGLE`, then of the `FINEST`."""
+    model = levels.model_of(scene)
+    meshes = [*((levels.enough_for(model, local), local) for local in SINGLE), *FINEST]
+    if scene.planar:
+        return [(*planar_snap(endless(scene), BeamRun(*mesh)), False) for mesh in meshes]
+    return [random_scenes.element_snap(scene, *mesh) for mesh in meshes]
 
 
 def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
-    """Errors of the Kirchhoff elements on random ribbons, each level against the last.
+    """Errors of single runs of elements in drawn scenes, over the scatter that smooth ones claim.
 
-    The bound is one and a half times what 98 % of the smooth scenes stay below: a ribbon that rattles is
-    told by its run.  The last level has nothing to be measured against: two fifths of the one before.
+    Errors above 2e-8 rad that the finest runs do not settle to a fifth are left out.
     """
-    _, result = _drawn("elements", _elements, scenes, seed, sweep, cost=expected_steps)
-    snaps = np.array([[run[0] for run in runs] for runs in result])
-    smooth = np.array([not runs[0][2] for runs in result])
-    errors = np.abs(snaps[:, :-1] - snaps[:, -1:])
-    bound = list(1.5 * np.nanquantile(errors[smooth], 0.98, axis=0))
-    typical = list(np.nanmedian(errors, axis=0))
-    seconds = np.median([[run[1] for run in runs] for runs in result], axis=0)
-    unit = Ribbon().inertial_time
-    return {
-        "ladder": [list(level) for level in LEVELS],
-        "bound": rounded([*bound, 0.4 * bound[-1]], 2),
-        "typical": rounded([*typical, 0.4 * typical[-1]], 2),
-        "seconds": rounded(seconds, 2),
-        "rate": [1e-4 * unit, 1.0 * unit],
-        "damping": [1e-2 * unit, 1e2 * unit],
-        "scenes": scenes,
-        "smooth": int(smooth.sum()),
-        "seed": seed,
-    }
+    rng = np.random.default_rng(seed)
+    drawn = [random_scenes.random_scene(rng, planar=k % 2 == 0) for k in range(2 * scenes)]
+    result = Study("elements", _single_runs, drawn, cost=expected_steps).results(sweep)
+    rows = []
+    for scene, runs in zip(drawn, result, strict=True):
+        *_, (coarse, _, _), (truth, _, rattles) = runs
+        kind = "planar" if scene.planar else "rattling" if rattles else "smooth"
+        for local, (snap, seconds, _) in zip(SINGLE, runs, strict=False):
+            error = abs(snap - truth)
+            if abs(coarse - truth) <= max(0.2 * error, 2e-8):
+                rows.append((kind, local, error, error / levels.scatter(scene, local), seconds))
+    table = []
+    for kind, local in itertools.product(("planar", "smooth", "rattling"), SINGLE):
+        these = np.array([row[2:] for row in rows if row[:2] == (kind, local)]).reshape(-1, 3)
+        if len(these):
+            error, seconds = rounded(np.median(these[:, (0, 2)], axis=0), 2)
+            shares = rounded(np.quantile(these[:, 1], (0.5, 0.97, 1.0)), 2)
+            row = {"kind": kind, "tolerance": local, "scenes": len(these), "error": error, "seconds": seconds}
+            table.append(row | dict(zip(("median", "97 %", "largest"), shares, strict=True)))
+    return {"scenes": scenes, "seed": seed, "runs": table}
 
 
 def planar_laws(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -270,7 +269,7 @@ def _draw(planar: dict[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was found: the new laws, whole (with the shipped ones where only half was measured), and drifts.
+    """The new laws, whole (with the shipped ones where only a part was measured), and drifts.
 
     `scenes`, `ribbons` and `seed` are those of the drawn scenes; `new` are the halves that were measured.
     """
@@ -293,18 +292,15 @@ def main(
 ) -> Calibration:
     """Measure the laws behind `compare.choose` anew, write them as laws.json, and compare with the shipped.
 
-    --parts planar, ribbon (rods) or elements measures a part; the others are taken from the shipped file.
-    Scenes are drawn with --seed: planar ones to bound the error of predictions, ribbons for the
-    errors of meshes and steps.
+    --parts planar, ribbon (rods) or elements (single runs) measures a part; the shipped file has the others.
+    With --seed --scenes planar ones are drawn, and --ribbons sheared ones; of elements that many of each.
     """
     sweep = sweep or Sweep()
-    if parts not in ("all", "planar", "ribbon", "elements"):
-        raise ValueError(f"parts = {parts!r}: must be 'all', 'planar', 'ribbon' or 'elements'")
+    choice("parts", parts, ("all", "planar", "ribbon", "elements"))
     # bounds of laws are quantiles: of fewer scenes they would be no law
-    whole_number("scenes", scenes, 10)
-    whole_number("ribbons", ribbons, 10)
+    for name, count in (("scenes", scenes), ("ribbons", ribbons)):
+        whole_number(name, count, 10)
     whole_number("seed", seed, 0)
-    # compiled once here, before any worker starts
     warm_up("elastica", "kirchhoff", "der")
     measure: dict[str, Callable[[], dict[str, Any]]] = {
         "planar": lambda: planar_laws(scenes, seed, sweep),
@@ -354,18 +350,24 @@ def tables(result: Calibration) -> Iterator[Table]:
         )
     if "elements" in result.new:
         laws = result.laws["elements"]
-        laws_of = (laws[name] for name in ("ladder", "bound", "typical", "seconds"))
-        yield Table(
-            "Ribbons by elements: errors of the snap, rad",
-            ["elements", "tolerance", "bound", "median", "CPU s"],
-            [[str(level[0]), level[1], *rest] for level, *rest in zip(*laws_of, strict=True)],
-            ["s", ".0e", ".1e", ".1e", ".3f"],
-            f"Against the last level, {laws['scenes']} scenes; bounds of the {laws['smooth']} smooth ones.",
+        yield Table.of(
+            "Single runs of elements: errors of the snap over the scatter of smooth runs",
+            laws["runs"],
+            [
+                ("scenes", "s", "kind"),
+                ("tolerance", ".0e", "tolerance"),
+                ("settled", "d", "scenes"),
+                ("median error", ".1e", "error"),
+                *((name, ".2f", name) for name in ("median", "97 %", "largest")),
+                ("CPU s", ".4f", "seconds"),
+            ],
+            f"{laws['scenes']} planar scenes, by the elastica, and as many ribbons, by the Kirchhoff rod.",
         )
     if result.drift:
         note = "Of the meshes' errors: the logarithm of their ratio."
-        columns = ["law", "largest relative difference"]
-        yield Table("Against the shipped laws", columns, result.drift, ["s", ".1e"], note)
+        yield Table(
+            "Against the shipped laws", ["law", "largest difference"], result.drift, ["s", ".1e"], note
+        )
 
 
 def drawings(result: Calibration) -> Iterator[Drawing]:
