@@ -80,9 +80,9 @@ class Curve:
 
 
 def as_fold(problem: Problem[State], point: Point[State], **of: Any) -> Fold:
-    """The angle, height and load of a point; `of` are the model, scene and options that it is a fold of."""
-    height, _, load = problem.observe(point.state, point.parameter)
-    return Fold(float(point.parameter), float(height), float(load), **of)
+    """What a point is as a fold; `of` are the model, scene and options that it is one of."""
+    height, slope, load = problem.observe(point.state, point.parameter)
+    return Fold(float(point.parameter), float(height), float(load), slope=float(slope), **of)
 
 
 def span_of(scene: Scene) -> tuple[float, float]:
@@ -151,8 +151,7 @@ def whole_curve(
 
 def _above(problem: Problem[State], point: Point[State], scene: Scene) -> float:
     """The height above the mean of both clamps."""
-    lift = scene.preset.get("lift", 0.0) + scene.drives.lift * point.parameter
-    return problem.observe(point.state, point.parameter)[0] - 0.5 * lift
+    return problem.observe(point.state, point.parameter)[0] - float(scene.clamps_height(point.parameter))
 
 
 def _landing(
