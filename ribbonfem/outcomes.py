@@ -36,6 +36,8 @@ from ribbonfem.scene import Scene, shown, swapped
 _NEAR = 0.06
 # ... at a speed below this share of the fastest of the run
 _SLOW = 0.1
+# folds closer than this, relative, are images of each other
+_SAME = 1e-6
 # elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), or 1e-6 (ribbons)
 _SETTLED = 8
 
@@ -197,8 +199,8 @@ def middle_side(scene: Scene, folds: tuple[Fold, ...], start: tuple[float, float
         middle = -before
     if len(scene.start) != 4 or before * middle >= 0.0:
         raise ValueError(f"{what}the mid tangent does not turn over at the first, as that of U+S+ does")
-    if scene.direction * (folds[1].control - folds[0].control) <= 0.0:
-        raise ValueError(f"{what}the second is met before the first, so that nothing is skipped")
+    if scene.direction * (folds[1].control - folds[0].control) <= _SAME * abs(folds[0].control):
+        raise ValueError(f"{what}the second fold does not lie behind the first: nothing is skipped")
     if any(side * (fold.height - float(scene.clamps_height(fold.control))) <= 0.0 for fold in folds):
         raise ValueError(f"{what}the midpoint has passed the clamps' mean height before the second")
     return math.copysign(1.0, middle)

@@ -77,7 +77,7 @@ def test_refusals():
         classify(made(ANGLE, ANGLE, ANGLE), FOLDS[:1])
     run = made(ANGLE, 0.2 + 0 * ANGLE, -0.4 + 0 * ANGLE)
     with pytest.raises(
-        ValueError, match=r"start = 'U\+S\+', .* folds at alpha 0\.45 rad and .* before the first"
+        ValueError, match=r"start = 'U\+S\+', .* folds at alpha 0\.45 rad and .* behind the first"
     ):
         classify(run, FOLDS[::-1])
     with pytest.raises(ValueError, match="has passed the clamps' mean height"):
