@@ -2,7 +2,8 @@
 
 A run of skipping turns on until z(1/2) passes 0, wherever that is: a ramp that stops before its snap tells
 nothing.  One of selection is held at its stop until its energy is below every pass that leads out of the
-state it is in (`until="decided"`), or until what is left of its vibration or creep cannot count.
+state it is in (`until="decided"`), or until what is left of its vibration or creep cannot count; which state
+that is, is seen by damping it to rest.
 """
 
 from __future__ import annotations
@@ -13,11 +14,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from compare.models import MODELS
 from compare.quantities.measure import require_options
-from ribbonfem import Fold, History, Scene, SolverError
+from ribbonfem import Fold, History, Scene, Schedule, SolverError
 from ribbonfem.drive import TURNS, TWISTS
 from ribbonfem.frozen import Frozen
 from ribbonfem.model_info import defaults
@@ -31,10 +30,10 @@ SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
 # rad: the turn or twist of a clamp at which a ramp that has not snapped is given up
 _FAR = 2.0 * math.pi
-# times t*: the end of a run over which its shape is averaged, so that a vibration does not name it
-_LAST = 4.0
-# what vanishes of a height (L) and of a slope where no state was found
-_FLAT = 1e-3
+# to see in which well a run is when it ends: damping (1/t*), times t* that it is followed, tolerance (L)
+_DAMPED, _REST, _ROUGHLY = 10.0, 15.0, 1e-3
+# how far from a stable state (`states.apart`) it may then be, and what vanishes of one that was not found (L)
+_NEAR, _FLAT = 0.1, 1e-3
 
 
 @dataclass(frozen=True)
@@ -140,26 +139,25 @@ def _hold(damping: float) -> float:
     return max(16.0 / max(damping, 1e-3), 0.6 * damping, 4.0)
 
 
-def _shape(history: History, stable: tuple[State, ...]) -> str:
-    """The shape that a run comes to: of the stable states on its side of the clamps the nearest.
+def _shape(history: History, base: Setup) -> str:
+    """The shape that a run comes to: the stable state in whose well it is when it ends.
 
-    A run that is decided may still be on its way down, or vibrate: the mean of its last moments counts,
-    and a shape that does not exist at the stop is none to come to rest in.
+    A run that is decided may still be on its way down, or vibrate, on either side of the clamps.  Damped from
+    there on it stays in its well, below every pass, and comes to rest in it.
     """
-    scene = history.scene
-    last = history.time[-1] - _LAST * scene.ribbon.inertial_time
-    keep = history.time >= max(last, history.time[0])
-    time = history.time[keep]
-    span = float(time[-1] - time[0])
-    height, slope = (
-        float(np.trapezoid(column[keep], time)) / span if span > 0.0 else float(column[-1])
-        for column in (history.height, history.slope)
+    scene, unit = history.scene, history.scene.ribbon.inertial_time
+    stop = scene.require_stop()
+    still = Schedule((0.0, _REST * unit), (stop, stop), "linear")
+    damped = replace(scene, rate=Scene.rate, stop=None, hold=0.0, schedule=still, damping=_DAMPED / unit)
+    mesh = mesh_of(base.model, base.options)
+    rest = MODELS[base.model].simulate(
+        damped, initial=history, configurations=False, tolerance=_ROUGHLY, **mesh
     )
-    height -= float(scene.clamps_height(scene.require_stop()))
-    near = [state for state in stable if state[1] * height > 0.0]
-    if not near:
-        return name_of(height, slope, scene, _FLAT)
-    return min(near, key=lambda state: apart(state[1:], (height, slope)))[0]
+    end = float(rest.height[-1] - scene.clamps_height(stop)), float(rest.slope[-1])
+    near = min(base.stable, key=lambda state: apart(state[1:], end), default=None)
+    if near is None or apart(near[1:], end) > _NEAR:
+        return name_of(*end, scene, _FLAT)
+    return near[0]
 
 
 def run_of(base: Setup, rate: float, damping: float) -> Sample:
@@ -175,7 +173,7 @@ def run_of(base: Setup, rate: float, damping: float) -> Sample:
     until = "decided" if selection else "snap"
     try:
         history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.options)
-        outcome = _shape(history, base.stable) if selection else ""
+        outcome = _shape(history, base) if selection else ""
     except SolverError as error:
         return Sample(rate, damping, "", None, None, str(error).splitlines()[0])
     if selection:
