@@ -12,6 +12,8 @@ from compare.archive import finite
 from compare.diagrams import predictions, selection_diagram, show, skipping_diagram, states, threshold
 from compare.diagrams import setup as runs
 from compare.quantities.branches import potential
+from compare.reproduction import selection as selection_command
+from compare.reproduction import skipping as skipping_command
 from compare.sweep import Sweep
 from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, kirchhoff
 from ribbonfem.options import OptionError
@@ -263,3 +265,66 @@ def test_a_threshold_of_the_right_clamp_is_that_of_the_left_one():
         threshold(replace(scenes[0], rate=-0.1))
     with pytest.raises(SceneError, match=r"Scene\.schedule"):
         threshold(Scene(schedule=Schedule((0, 1), (0, 0.3))))
+
+
+FILE = """
+compression = 0.40
+shear = 0.40
+start = "U+S-"
+rate = 0.2
+stop = 0.36
+hold = 2.0
+gravity = [0, 0, 0]
+preset = {lift = 0.0}
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    def written(*lines):
+        path = tmp_path / "rig.toml"
+        path.write_text("\n".join((FILE, *lines)))
+        return path
+
+    return written
+
+
+def test_commands_take_the_rig_of_a_scene_file(scene_file, usual):
+    right = scene_file('drive = "right"')
+    asked = {"rates": GRID[0], "dampings": GRID[1], **ASKED}
+    with Sweep(processes=1) as sweep:
+        result = skipping_command.main(scene=right, **asked, sweep=sweep)
+        ends = selection_command.main(scene=right, **asked, sweep=sweep)
+    (made,), (chosen,) = result.diagrams, ends.diagrams
+    # what the file says of rate, damping, stop and hold is not used by a ramp that goes on
+    assert (made.scene.drive, made.scene.start, made.scene.stop) == ("right", "U+S-", None)
+    assert [s.outcome for s in made.samples] == [s.outcome for s in usual.samples]
+    assert (chosen.scene.drive, chosen.scene.stop) == ("right", 0.36)
+    # the paper's runs are of its own rig
+    titles = [table.title for table in skipping_command.COMMAND.tables(result)]
+    assert "Cells of each diagram" in titles
+    assert not any("named" in title for title in titles)
+
+
+@pytest.mark.parametrize(
+    "options", [{"all": True}, {"paper": True}, {"compression": 0.3}, {"shear": 0.3}, {"stop": 0.3}]
+)
+def test_what_a_scene_file_leaves_nothing_to_is_refused(scene_file, options):
+    (name,) = options
+    with pytest.raises(OptionError, match=f"--{name}: --scene"):
+        selection_command.main(scene=scene_file(), **options)
+
+
+def test_a_scene_file_says_no_schedule_no_falling_control_and_where_a_selection_stops(tmp_path):
+    path = tmp_path / "scene.toml"
+    for text, named in (
+        (
+            "[schedule]\ntime = [0, 1]\nvalue = [0, 0.3]",
+            r"Scene\.schedule: the rates of a diagram are constant",
+        ),
+        ("rate = -0.1", r"Scene\.rate = -0\.1: .*drive"),
+        ("rate = 0.1", r"Scene\.stop: selection needs"),
+    ):
+        path.write_text(text)
+        with pytest.raises(SceneError, match=named):
+            selection_command.main(scene=path)
