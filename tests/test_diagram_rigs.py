@@ -206,6 +206,25 @@ def test_a_state_lost_at_a_pitchfork_before_the_stop_is_refused():
         selection_diagram(0.40, 0.0, 1.3, *GRID, start="U+", drive="both", **ASKED)
 
 
+def test_retardation_has_no_part_at_rest():
+    """Of the usual rig all four names, whatever the ribbon loses in motion."""
+    scene = Scene(compression=0.40, shear=0.40, rate=1.0, stop=0.36)
+    slow = replace(scene, ribbon=Ribbon(retardation=0.01), gravity=NONE)
+    one, two = (runs.setup(s, "kirchhoff", {"elements": 8}) for s in (scene, slow))
+    assert two.names == one.names == runs.SELECTION
+    assert two.stable == one.stable
+    assert runs.run_of(two, 1.0, 1.3).outcome in runs.SELECTION
+
+
+def test_a_curve_that_cannot_be_followed_beyond_the_stop_is_followed_to_it():
+    """Opposed clamps from U-S+: at 4.24 rad no next point of the curve is found."""
+    scene = Scene(compression=0.40, shear=0.37, start="U-S+", drive="opposed", rate=1.0, stop=0.3)
+    base = runs.setup(scene, "kirchhoff", {"elements": 8})
+    assert base.folds == ()
+    assert scene.start in base.names
+    assert runs.run_of(base, 0.1, 5.0).outcome == "U-S+"
+
+
 def test_states_of_the_same_signs_are_told_apart():
     scene = Scene(compression=0.40, shear=0.40)
     named = states._named([(0.2, 0.3), (0.1, 0.3), (-0.2, 0.3)], scene)

@@ -172,6 +172,17 @@ def test_runs_and_folds_by_their_defaults_are_of_one_model():
         der.modes.events(elastica.simulate(beam), elastica.folds(beam, elements=4))
 
 
+def test_a_mid_tangent_that_turns_over_at_rest_before_the_first_fold_is_no_snap():
+    slope = 0.1 - 0.5 * step(0.05) + 0.9 * step(0.18)
+    height = 0.21 - 0.1 * step(0.18) - 0.3 * step(0.47)
+    folds = replace(FOLDS[0], slope=-0.4), replace(FOLDS[1], slope=0.5)
+    outcome = classify(made(ANGLE, height, slope), folds)
+    assert outcome.first == pytest.approx((1.8, 0.18), abs=0.05)
+    assert outcome.second == pytest.approx((4.7, 0.47), abs=0.05)
+    with pytest.raises(ValueError, match="turn over"):
+        classify(made(ANGLE, height, slope), (folds[0], replace(FOLDS[1], slope=-0.5)))
+
+
 IMAGES = [
     {"drive": "right", "start": "U+S-"},
     {"drive": Drive(left=-1.0), "start": "U-S+"},

@@ -24,7 +24,7 @@ from ribbonfem.options import OptionError
 from ribbonfem.outcomes import classify
 from ribbonfem.results import MESH
 
-from .states import State, apart, folds_met, name_of, stable_states, two_folds
+from .states import State, apart, folds_met, is_plain, name_of, stable_states, two_folds
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
@@ -60,7 +60,7 @@ class Setup:
         """The outcomes that there may be."""
         if self.scene.stop is None:
             return SKIPPING
-        if self.scene.usual and self.scene.start in SELECTION:
+        if is_plain(self.scene):
             return SELECTION
         return tuple(name for name, _, _ in self.stable)
 

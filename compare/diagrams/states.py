@@ -29,6 +29,11 @@ _DAMPED, _RAMP, _HELD, _STILL = 5.0, 5.0, 60.0, 1e-5
 _SLOPE = 0.3
 
 
+def is_plain(scene: Scene) -> bool:
+    """Whether one clamp turns from a US state, and nothing else acts at rest: z -> -z gives more states."""
+    return not scene.dressed and scene.drive in ("left", "right") and len(scene.start) == 4
+
+
 def _met(scene: Scene, model: str, mesh: Mapping[str, Any]) -> str:
     """What a slow ramp meets, in words."""
     try:
@@ -74,10 +79,14 @@ def folds_met(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[Fold, 
     SceneError
         If the state at rest is lost at another point before the scene's stop.
     """
-    if scene.usual and len(scene.start) == 4:
+    if is_plain(scene):
         with suppress(SolverError):
             return both_folds(scene, model, mesh)
-    points = MODELS[model].instabilities(replace(scene, stop=None, hold=0.0), **mesh)
+    try:
+        points = MODELS[model].instabilities(replace(scene, stop=None, hold=0.0), **mesh)
+    except SolverError:
+        # of a curve that cannot be followed beyond the stop
+        points = MODELS[model].instabilities(scene, **mesh)
     lost = next((point for point in points if point.kind != "fold"), None)
     if lost is not None and scene.stop is not None and scene.direction * (lost.control - scene.stop) < 0.0:
         raise SceneError(
@@ -118,7 +127,7 @@ def stable_states(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[St
     stop = scene.require_stop()
     still = replace(scene, stop=None, hold=0.0)
     level = float(scene.clamps_height(stop))
-    if scene.usual and len(scene.start) == 4:
+    if is_plain(scene):
         reach = max(1.5, 1.1 * abs(stop))
         curve = module.equilibria(still, span=(-reach, reach), **mesh)
         return tuple((name_by_signs(*state), *state) for state in stable_at(curve, stop))
