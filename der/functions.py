@@ -93,15 +93,15 @@ def equilibria(
 ) -> Branch:
     """The connected curve of equilibria through the start state, for controls in `span`.
 
-    By default (-1.5, 1.5) of angles, 30 EI2/L^2 of forces, and what the chord allows of lengths; the
-    control's start is inside.  It ends with the first state of more than `unstable` unstable directions.
+    By default (-1.5, 1.5) of angles, 30 EI2/L^2 of forces, .98 of what the chord allows of lengths, towards a
+    taut ribbon as far as the nodes follow it; the control's start is inside.  It ends with the first state of
+    more than `unstable` unstable directions.
     Other parameters and errors as in `folds`.
     """
     rod = Rod(scene, nodes, clamp)
     problem = Statics(rod)
-    span = span or span_of(scene)
-    curve = whole_curve(problem, start_state(rod), span, default_steps(rod, steps), unstable, scene.begin)
-    return curve.as_branch(scene, options_given(span=span), "der", problem.arclength)
+    curve = whole_curve(problem, start_state(rod), span, scene, default_steps(rod, steps), unstable)
+    return curve.as_branch(scene, options_given(span=span or span_of(scene)), "der", problem.arclength)
 
 
 @checked

@@ -22,7 +22,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ribbonfem.continuation import at_parameter, first_point, trace
+from ribbonfem.continuation import at_parameter, first_point
+from ribbonfem.continuation.curves import as_far
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
@@ -229,7 +230,8 @@ def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> floa
     energies = []
     span = (-3.0, 3.0) if scene.clamps_turn else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
     for sign in (-1.0, 1.0):
-        for segment in trace(problem, first_point(problem, state, scene.begin, sign), span, steps):
+        first = first_point(problem, state, scene.begin, sign)
+        for segment in as_far(problem, first, span, scene, steps):
             ends = segment.start.parameter - control, segment.end.parameter - control
             if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
                 energies.append(problem.potential(at_parameter(problem, segment, control, steps).state))

@@ -5,6 +5,7 @@ All are frozen.  Lengths are in L, angles in rad, energies in EI2/L, forces in E
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -60,6 +61,7 @@ class Fold(Controlled):
     load: compressive end force times L^2/EI2 (sigma^2 of the quasi-linear beam).
     model, scene, options: what it is a fold of, by which model and on which mesh; of a bare Fold
         "", None and {}.
+    slope: z-component of the unit tangent at midspan; NaN of a bare Fold.
     """
 
     control: float
@@ -68,6 +70,7 @@ class Fold(Controlled):
     model: str = ""
     scene: Scene | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
+    slope: float = math.nan
 
     def __repr__(self) -> str:
         of = "; ".join(part for part in (self.model, short_options(self.options)) if part)

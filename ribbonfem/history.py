@@ -239,10 +239,8 @@ class History(Controlled):
         if quantity == "height":
             rates = velocity
             if level is None and self.scene is not None:
-                # the mean of both clamps
-                lift = 0.5 * self.scene.drives.lift
-                values = values - 0.5 * self.scene.preset.get("lift", 0.0) - lift * controls
-                rates = None if lift else velocity
+                values = values - self.scene.clamps_height(controls)
+                rates = None if self.scene.drives.lift else velocity
         departed = np.flatnonzero((np.abs(values) > DEPARTED) & (times >= after))
         if not departed.size:
             return None
@@ -290,12 +288,23 @@ def snaps_since(scene: Scene, until: str, model: str, options: Mapping[str, Any]
     return 0.0 if until != "snap" or scene.usual else snaps_from(scene, model, options)
 
 
-def _before_end(scene: Scene, model: str, options: Mapping[str, Any]) -> list[Instability]:
+def instabilities_of(history: History) -> tuple[Instability, ...]:
+    """Where the state at rest of a motion's scene is lost, however far it goes; () if that is not known."""
+    if history.model not in _MODELS or history.scene is None:
+        return ()
+    return _met(history.scene, history.model, history.options)
+
+
+def _met(scene: Scene, model: str, options: Mapping[str, Any]) -> tuple[Instability, ...]:
     mesh = tuple((name, value) for name, value in options.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
+    return _instabilities(model, still, mesh)
+
+
+def _before_end(scene: Scene, model: str, options: Mapping[str, Any]) -> list[Instability]:
     far, sign = scene.furthest, scene.direction
-    result = _instabilities(model, still, mesh)
-    return [point for point in result if far is None or sign * (point.control - far) <= 0.0]
+    met = _met(scene, model, options)
+    return [point for point in met if far is None or sign * (point.control - far) <= 0.0]
 
 
 @lru_cache(maxsize=1024)

@@ -1,8 +1,13 @@
 """Outcomes of a run: which snaps happened, which shape was skipped, and what shapes are called.
 
-The first snap of Path 2 (U+S+ to U+S-) is the instant at which the mid tangent turns through
-horizontal, t_z = 0; the second (to U-S+) the one at which the midpoint passes z = 0.  A ramp that meets one
-fold has one snap, z = 0.
+A slow ramp from a US state may meet two folds: at the first it passes to a state on the same side of the
+clamps whose mid tangent leans the other way (Path 2: U+S+ to U+S-), at the second to the other side (to
+U-S+).  The first snap is the instant at which the mid tangent turns through horizontal, t_z = 0; the second
+the one at which the midpoint passes the mean height of the clamps (z = 0 where none is lifted), after the
+first fold (`History.snap`).  A ramp that meets one fold has one snap, the second of these.
+
+Which sides these are is read off the start and the folds, so that mirror images, the other clamp, loads,
+presets and other controls need no rules of their own; below they are said for Path 2.
 
 The paper calls a run "type 1 skipping" if the first local minimum of z(alpha) comes before
 alpha_c2, and "type 2" otherwise (section 7.1).  An overdamped z falls without a minimum, and a
@@ -17,18 +22,22 @@ what the types mean instead:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ribbonfem.events import between
-from ribbonfem.results import MESH, Array, Fold, History, Value
+from ribbonfem.history import instabilities_of
+from ribbonfem.results import DEPARTED, MESH, Array, Fold, History, Value, control_text
 from ribbonfem.scene import Scene, shown, swapped
 
 # a height (L) this close to the fold state's counts as being there ...
 _NEAR = 0.06
 # ... at a speed below this share of the fastest of the run
 _SLOW = 0.1
+# folds closer than this, relative, are images of each other
+_SAME = 1e-6
 # elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), or 1e-6 (ribbons)
 _SETTLED = 8
 
@@ -50,28 +59,41 @@ def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> s
     return u + s
 
 
-def name_by_signs(height: float, slope: float) -> str:
-    """The name of a US shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way.
+def name_by_signs(height: float, slope: float, flat: float = 0.0) -> str:
+    """The name of a shape by z(1/2) and t_z(1/2): on U+ S+ leans down, S- up; on U- the other way.
+
+    Parameters
+    ----------
+    height: over the mean of the clamps', in L.
+    slope: z-component of the unit tangent.
+    flat: what is smaller counts as zero; a sign that vanishes leaves its letter out.
 
     Examples
     --------
-    >>> name_by_signs(0.2, -0.5), name_by_signs(-0.2, 0.5)
-    ('U+S+', 'U-S+')
+    >>> name_by_signs(0.2, -0.5), name_by_signs(-0.2, 0.5), name_by_signs(0.2, 1e-9, 1e-6)
+    ('U+S+', 'U-S+', 'U+')
     """
-    return ("U+" if height > 0.0 else "U-") + ("S-" if height * slope > 0.0 else "S+")
+    u = "U+" if height > 0.0 else "U-"
+    if abs(slope) < flat:
+        return "" if abs(height) < flat else u
+    if abs(height) < flat:
+        return "S+" if slope < 0.0 else "S-"
+    return u + ("S-" if height * slope > 0.0 else "S+")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Outcome(Value):
-    """What a ramp from U+S+ did.
+    """What a ramp through two folds did.
 
     Attributes
     ----------
     kind: "no skip", "type 1", "type 2"; "first only" if the second snap never came; "none".
-    first, second: (time in s, angle in rad) of the two snaps, or None.
-    minima: (k, 3) time, angle and height of the local minima of z after the first snap.
+    first, second: (time in s, control) of the two snaps, or None.
+    minima: (k, 3) time, control and height where z turns back after the first snap: its local minima, of a
+        start below the clamps its maxima.
     final: name of the last shape.
     reason: the rule that applied, in words.
+    scene: of the run.
     """
 
     kind: str
@@ -80,10 +102,12 @@ class Outcome(Value):
     minima: Array
     final: str
     reason: str
+    scene: Scene | None = None
 
     def __repr__(self) -> str:
+        unit = "rad" if self.scene is None else self.scene.drives.unit
         first, second = (
-            "none" if snap is None else f"{snap[1]:.6g} rad" for snap in (self.first, self.second)
+            "none" if snap is None else f"{snap[1]:.6g} {unit}".rstrip() for snap in (self.first, self.second)
         )
         return (
             f"Outcome({self.kind!r}: {self.reason};\n"
@@ -103,15 +127,29 @@ def local_minima(time: Array, angle: Array, height: Array) -> Array:
     return np.column_stack((where, np.interp(where, time, angle), height[k] + slope * shift / 2.0))
 
 
+def _above(history: History) -> tuple[Array, float]:
+    """(steps,) the height over the mean of the clamps', or below it where the start is below, and 1 or -1."""
+    _, controls, heights, *_ = history.track
+    above = heights - history.scene.clamps_height(controls)
+    side = -1.0 if above[0] < -DEPARTED else 1.0
+    return side * above, side
+
+
 def _rebounds(history: History, first: tuple[float, float] | None) -> Array:
-    """The local minima of z after the first snap: those before it are the ringing of the clamp's jump."""
-    minima = local_minima(*history.track[:3])
+    """Where z turns back after the first snap (k, 3): time, control, height as in `_above`.
+
+    Those before it are the ringing of the clamp's jump.
+    """
+    minima = local_minima(*history.track[:2], _above(history)[0])
     return minima[minima[:, 0] > (first[0] if first else np.inf)]
 
 
 @dataclass(frozen=True)
 class Instant:
-    """A moment of a run: time (s), angle (rad), height z(1/2)/L, slope t_z(1/2), and the shape's name."""
+    """A moment of a run: time (s), control, height z(1/2)/L, slope t_z(1/2), and the shape's name.
+
+    `angle` is the control, by its name where clamps turn.
+    """
 
     time: float
     angle: float
@@ -130,15 +168,67 @@ def instant(history: History, time: float) -> Instant:
         height = between(times, heights, k, velocities, history.kinks(times, angles))(time)
         slope = between(times, slopes, k)(time)
     angle = float(np.interp(time, times, angles))
-    return Instant(time, angle, height, slope, name_by_signs(height, slope))
+    above = height - float(history.scene.clamps_height(angle))
+    return Instant(time, angle, height, slope, name_by_signs(above, slope))
 
 
-def _two_snaps(scene: Scene, folds: tuple[Fold, ...]) -> bool:
-    """Whether the ramp is Path 2, U+S+ to U+S- to U-S+, or its image, and not known to meet one fold only."""
-    if len(folds) == 1 and folds[0].scene is not None and folds[0].scene.stop is None:
-        return False
-    if scene.drive not in ("left", "right"):
-        return False
+def middle_side(scene: Scene, folds: tuple[Fold, ...], start: tuple[float, float]) -> float:
+    """The sign of t_z(1/2) between two folds of a ramp, at the first of which it changes.
+
+    Parameters
+    ----------
+    scene: of the ramp.
+    folds: in their order; of bare ones the state before the first is taken to lean as the start does.
+    start: height and slope of the start.
+
+    Raises
+    ------
+    ValueError
+        If these are no two folds of a US state, the first with the mid tangent's snap and the second with the
+        height's; says which folds there are.
+    """
+    where = " and ".join(control_text(scene, fold.control) for fold in folds) or "none"
+    what = f"start = {scene.start!r}, drive = {scene.drive!r}, folds at {where}: "
+    if len(folds) != 2:
+        raise ValueError(f"{what}two folds are needed, between which there is a state to skip")
+    side = math.copysign(1.0, start[0] - float(scene.clamps_height(scene.begin)))
+    before, middle = (fold.slope for fold in folds)
+    if math.isnan(before):
+        before = start[1]
+    if math.isnan(middle):
+        middle = -before
+    if len(scene.start) != 4 or before * middle >= 0.0:
+        raise ValueError(f"{what}the mid tangent does not turn over at the first, as that of U+S+ does")
+    if scene.direction * (folds[1].control - folds[0].control) <= _SAME * abs(folds[0].control):
+        raise ValueError(f"{what}the second fold does not lie behind the first: nothing is skipped")
+    if any(side * (fold.height - float(scene.clamps_height(fold.control))) <= 0.0 for fold in folds):
+        raise ValueError(f"{what}the midpoint has passed the clamps' mean height before the second")
+    return math.copysign(1.0, middle)
+
+
+def _snaps_of(history: History, folds: tuple[Fold, ...]) -> tuple[tuple[float, float] | None, ...]:
+    """Time and control of the first and of the second snap of a ramp through two folds."""
+    first = history.crossing("slope")
+    slopes = history.track[3]
+    if folds and slopes[0] * folds[0].slope < 0.0:
+        # the state at rest turns its mid tangent over before the first fold already
+        first = history.crossing("slope", after=_passes(history, folds[0].control) or np.inf)
+    return first, history.snap
+
+
+def _two_snaps(history: History, folds: tuple[Fold, ...]) -> bool:
+    """Whether the ramp meets two folds as Path 2 does, U+S+ to U+S- to U-S+."""
+    scene = history.scene
+    known = bool(folds) and folds[0].scene is not None and folds[0].scene.stop is None
+    if len(folds) == 2 or known:
+        try:
+            return bool(middle_side(scene, folds, (history.height[0], history.slope[0])))
+        except ValueError:
+            return False
+    if not scene.usual:
+        met = instabilities_of(history)
+        return len(scene.start) == 4 and [point.kind for point in met] == ["fold", "fold"]
+    # read from its other end, a ribbon whose right clamp turns is one whose left clamp does, S exchanged
     start = scene.start if scene.drive == "left" else swapped(scene.start)
     return (start, scene.direction > 0.0) in (("U+S+", True), ("U-S+", False))
 
@@ -149,16 +239,16 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
     Parameters
     ----------
     history: of any model.
-    folds: adds the passage of each fold's angle by the clamp.
+    folds: adds the passage of each fold's control.
 
     Returns
     -------
     dict
-        Of a ramp that meets one fold: "snap" (z = 0), "first minimum" (of z, after the snap),
-        "alpha_c" and "end".  Of one from U+S+ that meets two (or of its images): "first snap"
-        (t_z = 0, before the second), "second snap" (z = 0), "first minimum" (of z, after the first
-        snap), "alpha_c1", "alpha_c2" and "end".  In the order in which they came; those that the run did
-        not come to are last, and None.
+        Of a ramp that meets one fold: "snap" (z = 0, see `History.snap`), "first minimum" (of z, after the
+        snap), "alpha_c" and "end".  Of one from a US state that meets two: "first snap" (t_z = 0, before
+        the second), "second snap" (z = 0), "first minimum" (of z, after the first snap; of a start below the
+        clamps a maximum), "alpha_c1", "alpha_c2" and "end".  In the order in which they came; those that
+        the run did not come to are last, and None.
 
     Raises
     ------
@@ -166,14 +256,14 @@ def events(history: History, folds: tuple[Fold, ...] = ()) -> dict[str, Instant 
         As `require_folds_of`.
     """
     require_folds_of(history, folds)
-    level, height = history.crossing("slope"), history.crossing("height")
-    two = _two_snaps(history.scene, folds)
+    two = _two_snaps(history, folds)
     if two:
+        level, height = _snaps_of(history, folds)
         first = None if level is None or (height is not None and height[0] <= level[0]) else level
         snaps = {"first snap": first, "second snap": height}
     else:
-        first = height
-        snaps = {"snap": height}
+        first = history.snap
+        snaps = {"snap": first}
     times = {name: None if snap is None else snap[0] for name, snap in snaps.items()}
     minima = _rebounds(history, first)
     times["first minimum"] = float(minima[0, 0]) if len(minima) else None
@@ -204,7 +294,7 @@ def _passes(history: History, control: float) -> float | None:
 
 
 def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
-    """Raise a `ValueError` if folds are of another compression, shear, ribbon, model or mesh than a run.
+    """Raise a `ValueError` if folds are of another rig, ribbon, model or mesh than a run.
 
     A bare `Fold` is taken, and finite elements may be more or fewer as long as there are 8 of them: from
     there on their folds differ by less than outcomes depend on.
@@ -216,7 +306,7 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
     for k, fold in enumerate(folds):
         pairs: list[tuple[str, object, object]] = []
         if fold.scene is not None:
-            names = ("compression", "shear", "ribbon")
+            names = ("compression", "shear", "ribbon", "drive", "preset", "weight")
             pairs += [(name, getattr(fold.scene, name), getattr(history.scene, name)) for name in names]
         if fold.model and history.model:
             pairs.append(("model", fold.model, history.model))
@@ -233,56 +323,52 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
 
 
 def classify(history: History, folds: tuple[Fold, ...]) -> Outcome:
-    """The outcome of a run that started at U+S+ (with the right clamp turned: U+S-) at a positive rate.
+    """The outcome of a run from a US state whose slow ramp meets two folds.
 
     Parameters
     ----------
     history: with its rows.
     folds: the two folds of the scene by the same model, on the same mesh where it is one of rods, from
-        its `folds`; a bare `Fold(angle, height, load)` is taken as it is.
+        its `folds`; a bare `Fold(control, height, load)` is taken as it is.
 
     Raises
     ------
     ValueError
-        If the run did not start at U+S+ under a positive rate, if `folds` are not two, or are of
-        another compression, shear, ribbon, model or mesh.
+        If `folds` are not two, or of another rig, ribbon, model or mesh; if they are no two that a US
+        state meets one after the other in this direction, the mid tangent turning over at the first and the
+        height at the second.
     """
     scene = history.scene
     require_folds_of(history, folds)
-    # read from its other end, a ribbon whose right clamp turns is one whose left clamp does, S exchanged
-    path, side = {"left": ("U+S+", 1.0), "right": ("U+S-", -1.0)}.get(str(scene.drive), ("", 0.0))
-    if scene.start != path or scene.direction < 0.0:
-        raise ValueError(
-            f"start = {scene.start!r}, drive = {scene.drive!r}, rate = {scene.rate!r}: outcomes are those of "
-            "U+S+ turned by the left clamp, or U+S- by the right one, rate > 0"
-        )
-    if len(folds) != 2:
-        raise ValueError(f"{len(folds)} folds: the two folds of Path 2 are needed")
-    first, second = history.crossing("slope"), history.crossing("height")
-    final = name_by_signs(history.height[-1], history.slope[-1])
+    middle = middle_side(scene, folds, (float(history.height[0]), float(history.slope[0])))
+    first, second = _snaps_of(history, folds)
+    times, _, heights, slopes, _ = history.track
+    above, side = _above(history)
     minima = _rebounds(history, first)
+    turns = np.column_stack((minima[:, :2], side * minima[:, 2] + scene.clamps_height(minima[:, 1])))
+    final = name_by_signs(side * float(above[-1]), float(slopes[-1]))
+    zero = "the clamps' mean height" if scene.drives.lift or "lift" in scene.preset else "0"
+    gone = "alpha_c2" if scene.clamps_turn else "the second fold"
 
     def outcome(kind: str, reason: str) -> Outcome:
-        return Outcome(kind, first, second, minima, final, reason)
+        return Outcome(kind, first, second, turns, final, reason, scene)
 
     if second is None:
         kind = "none" if first is None else "first only"
-        return outcome(kind, "z never passes 0")
-    if second[1] < folds[1].control:
-        return outcome("type 1", "z passes 0 before alpha_c2")
-    rebound = (minima[:, 0] < second[0]) & (minima[:, 2] > 0.0)
-    if rebound.any():
-        return outcome("no skip", "z comes back up from a minimum above 0")
-    if first is None or first[0] >= second[0] or history.control[-1] < folds[1].control:
+        return outcome(kind, f"z never passes {zero}")
+    if scene.direction * (second[1] - folds[1].control) < 0.0:
+        return outcome("type 1", f"z passes {zero} before {gone}")
+    if ((minima[:, 0] < second[0]) & (minima[:, 2] > 0.0)).any():
+        return outcome("no skip", f"z turns back before it comes to {zero}")
+    passed = _passes(history, folds[1].control)
+    if first is None or first[0] >= second[0] or passed is None:
         return outcome("type 2", "no first snap before the second")
-    times, angles, heights, slopes, _ = history.track
-    speed = np.abs(np.gradient(heights, times))
+    speed = np.abs(np.gradient(above, times))
     before = times <= second[0]
     height, fall, slope = (
-        float(np.interp(folds[1].control, angles[before], values[before]))
-        for values in (heights, speed, slopes)
+        float(np.interp(passed, times[before], values[before])) for values in (heights, speed, slopes)
     )
-    near = abs(height - folds[1].height) < _NEAR and side * slope > 0.0
+    near = abs(height - folds[1].height) < _NEAR and middle * slope > 0.0
     if near and fall < _SLOW * speed[before].max():
-        return outcome("no skip", "it rests near U+S- when alpha_c2 comes")
-    return outcome("type 2", "z falls past 0 without a stop, after alpha_c2")
+        return outcome("no skip", f"it rests near {name_by_signs(side, middle)} when {gone} comes")
+    return outcome("type 2", f"z goes past {zero} without a stop, after {gone}")

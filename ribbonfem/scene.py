@@ -34,6 +34,7 @@ from .scene_checks import (
     require_isolated,
     require_signs,
     require_slack,
+    rig_in_words,
     warn_of_slips,
     what_leaves_plane,
 )
@@ -185,7 +186,7 @@ class Scene:
     @property
     def in_words(self) -> str:
         """The scene in a line, for the caption of a table."""
-        drive, unit = self.drives, self.drives.unit
+        unit = self.drives.unit
         if self.schedule is not None:
             ends, last = self.schedule.value, self.schedule.time[-1]
             moves = f"schedule {ends[0]:g} .. {self.schedule.furthest:g} {unit}, {last:g} s"
@@ -193,15 +194,13 @@ class Scene:
             stop = "" if self.stop is None else f" to {self.stop:g} {unit}".rstrip()
             held = f", held for {self.hold:g} s" if self.stop is not None and self.hold else ""
             moves = f"{self.rate:g} {unit}/s{stop}{held}"
-        named = self.drive if isinstance(self.drive, str) else repr(drive)
-        more = f", {named} driven" if named != "left" else ""
-        more += "".join(f", {name} {value:g}" for name, value in self.preset.items())
-        if self.gravity is not None and any(self.gravity):
-            more += f", gravity ({', '.join(f'{g:g}' for g in self.gravity)}) m/s2"
-        if self.ribbon.shaped:
-            more += ", naturally bent"
         where = f"dL/L {self.compression:g}, dW/L {self.shear:g}, {self.start}"
-        return f"{where}: {moves}, nu {self.damping:g} /s{more}"
+        return ", ".join((f"{where}: {moves}, nu {self.damping:g} /s", *self.rig))
+
+    @property
+    def rig(self) -> tuple[str, ...]:
+        """What is driven, where not the left clamp is, presets, weight, a natural shape: a phrase each."""
+        return rig_in_words(self.drive, self.preset, self.gravity, self.ribbon)
 
     @property
     def turned(self) -> str:
@@ -258,6 +257,10 @@ class Scene:
         at = self.controls(control)
         return np.array([1.0 - self.compression - at["compression"], -self.shear - at["shear"], at["lift"]])
 
+    def clamps_height(self, control: Any) -> Any:
+        """The mean height of both clamps, in L: what the ribbon's is measured from."""
+        return 0.5 * (self.preset.get("lift", 0.0) + self.drives.lift * control)
+
     @cached_property
     def usual(self) -> bool:
         """Whether one clamp turns at a constant rate, and nothing else moves, acts or retards."""
@@ -308,9 +311,8 @@ class Scene:
         """The scene without its ramp: what its equilibria depend on."""
         begin = self.begin
         still = None if begin == 0.0 else Schedule((0.0, 1.0), (begin, self._beyond), "linear")
-        return replace(
-            self, rate=1.0 if still is None else RATE, stop=None, hold=0.0, damping=0.0, schedule=still
-        )
+        rate = 1.0 if still is None else RATE
+        return replace(self, rate=rate, stop=None, hold=0.0, damping=0.0, schedule=still)
 
     @property
     def _beyond(self) -> float:

@@ -1,4 +1,4 @@
-"""Checks of the fields of a `Scene`: slack, name of the state, gravity, ramp or schedule; warnings."""
+"""Checks of the fields of a `Scene`: slack, start, gravity, ramp or schedule; warnings; its rig in words."""
 
 from __future__ import annotations
 
@@ -180,6 +180,22 @@ def what_leaves_plane(
     if weight[1]:
         return f"Scene.gravity = {gravity!r}"
     return f"Ribbon.twist = {ribbon.twist!r}" if ribbon.twist != 0.0 else ""
+
+
+def rig_in_words(
+    drive: str | Drive,
+    preset: Mapping[str, float],
+    gravity: tuple[float, float, float] | None,
+    ribbon: Ribbon,
+) -> tuple[str, ...]:
+    """What is driven, where not the left clamp is, presets, weight, a natural shape: a phrase each."""
+    parts = [f"{drive} driven"] if drive != "left" else []
+    parts += [f"{name} {value:g}" for name, value in preset.items()]
+    if gravity is not None and any(gravity):
+        parts.append(f"gravity ({', '.join(f'{g:g}' for g in gravity)}) m/s2")
+    if ribbon.shaped:
+        parts.append("naturally bent")
+    return tuple(parts)
 
 
 def warn_of_slips(

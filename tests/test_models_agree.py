@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 import der
 from compare.commands.crosscheck import edge_ratio
-from ribbonfem import Scene, delay, elastica, kirchhoff, quasilinear
+from ribbonfem import Drive, Ribbon, Scene, SolverError, delay, elastica, kirchhoff, quasilinear
 
 BEAM = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0, stop=1.175)
 PATH_1 = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.63)
@@ -135,3 +135,71 @@ def test_a_branch_and_a_motion_have_one_energy(model, scene, options):
     start = np.flatnonzero(branch.angle == 0.0)[0]
     motion = model.simulate(replace(scene, stop=1e-3), **options)
     assert branch.energy[start] == pytest.approx(motion.energies["elastic"][0], rel=1e-9)
+
+
+# in m/s2, a weight of 5 EI2/L^3
+HEAVY = (0.0, 0.0, -5.0 / Ribbon().weight_ratio)
+
+
+@pytest.mark.parametrize("acting", [{"gravity": HEAVY}, {"preset": {"force": 1.0}}])
+def test_the_energy_of_the_pass_has_that_of_what_acts(acting):
+    scene = Scene(compression=0.40, shear=0.37, **acting)
+    nodes = (51, 101)
+    rods = limit(*(der.skipping_bound(scene, nodes=count) for count in nodes), nodes)
+    # the elastic energy alone is off by a tenth and more
+    assert abs(kirchhoff.skipping_bound(scene, elements=12, extensible=True) - rods) < 3e-4
+
+
+def test_a_heavy_ribbon_is_decided_when_its_whole_energy_is_below_the_pass():
+    scene = Scene(compression=0.40, shear=0.37, gravity=HEAVY, rate=0.3, stop=0.3, hold=40.0, damping=0.3)
+    rods = der.simulate(scene, nodes=101, until="decided", configurations=False)
+    elements = kirchhoff.simulate(scene, extensible=True, until="decided", configurations=False)
+    # both end with the step in which it falls below; by elastic energies .3 s later
+    assert elements.time[-1] == pytest.approx(rods.time[-1], abs=0.1)
+    rest = kirchhoff.simulate(scene, extensible=True, configurations=False)
+    assert rest.time[-1] > 2.0 * elements.time[-1]
+    assert (rest.height[-1] > 0.0) == (elements.height[-1] > 0.0)
+
+
+LENGTHS = [
+    (model, drive, start)
+    for model in (quasilinear, elastica, kirchhoff, der)
+    for drive in ("compression", "lift")
+    for start in ({"compression": 0.10}, {"compression": 0.40}, {"compression": 0.80})
+] + [
+    (model, drive, start)
+    for model in (kirchhoff, der)
+    for drive in ("compression", "shear", "lift", Drive(compression=1.0, shear=0.5))
+    for start in (
+        {"compression": 0.40, "shear": 0.37, "start": "U+S+"},
+        {"compression": 0.40, "shear": 0.70, "start": "S+"},
+        {"compression": 0.40, "shear": 0.75, "start": "U+"},
+    )
+]
+
+
+@pytest.mark.parametrize(("model", "drive", "start"), LENGTHS)
+def test_lengths_are_followed_as_far_as_the_chord_allows_by_default(model, drive, start):
+    """To ends that cross, and a taut ribbon, or to where the curve closes or more than two modes are lost."""
+    scene = Scene(**{"shear": 0.0, "start": "U+", **start}, drive=drive)
+    curve = model.equilibria(scene)
+    low, high = curve.options["span"]
+    assert low <= curve.control.min() < 0.0 < curve.control.max() <= high
+    assert all(np.linalg.norm(scene.chord(control)) < 1.0 for control in curve.control)
+    if curve.control[0] != curve.control[-1]:
+        for end, limit in ((0, low), (-1, high)):
+            assert abs(curve.control[end]) > 0.5 * abs(limit) or not curve.stable[end]
+    # where nobody says how far, folds and other losses are looked for as far
+    model.instabilities(scene)
+
+
+def test_coarse_elements_follow_a_taut_ribbon_less_far_and_a_span_that_is_given_is_followed_or_refused():
+    scene = Scene(compression=0.40, shear=0.0, start="U+", drive="compression")
+    coarse, fine = (elastica.equilibria(scene, elements=count) for count in (8, 20))
+    assert 1.1 < coarse.control.max() < fine.control.max() < 1.568
+    # ends that cross by .3 L: the same state
+    ends = [model.equilibria(scene, span=(-0.01, 0.9)) for model in (elastica, kirchhoff)]
+    assert ends[0].control[-1] == ends[1].control[-1] == 0.9
+    assert ends[0].height[-1] == pytest.approx(ends[1].height[-1], abs=1e-7)
+    with pytest.raises(SolverError, match="continuation stopped"):
+        elastica.equilibria(scene, elements=8, span=(-0.01, 1.5))

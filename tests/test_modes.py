@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ import der
 from der.modes import classify, local_minima, name_by_signs, name_shape
 from der.rod import Rod
 from der.states import stable_states
-from ribbonfem import Fold, History, Ribbon, Scene, elastica, kirchhoff, quasilinear
+from ribbonfem import Drive, Fold, History, Ribbon, Scene, elastica, kirchhoff, quasilinear
 
 FOLDS = (Fold(0.16, 0.25, 30.0), Fold(0.45, 0.09, 50.0))
 
@@ -73,6 +75,18 @@ def test_refusals():
         classify(made(ANGLE, ANGLE, ANGLE, start="U+S-"), FOLDS)
     with pytest.raises(ValueError, match="folds"):
         classify(made(ANGLE, ANGLE, ANGLE), FOLDS[:1])
+    run = made(ANGLE, 0.2 + 0 * ANGLE, -0.4 + 0 * ANGLE)
+    with pytest.raises(
+        ValueError, match=r"start = 'U\+S\+', .* folds at alpha 0\.45 rad and .* behind the first"
+    ):
+        classify(run, FOLDS[::-1])
+    with pytest.raises(ValueError, match="has passed the clamps' mean height"):
+        classify(run, (FOLDS[0], Fold(0.45, -0.09, 50.0)))
+    with pytest.raises(ValueError, match="does not turn over"):
+        classify(run, (replace(FOLDS[0], slope=-0.3), replace(FOLDS[1], slope=-0.2)))
+    right = replace(FOLDS[0], scene=replace(run.scene, drive="right"))
+    with pytest.raises(ValueError, match=r"folds\[0\]: drive = 'right'"):
+        classify(run, (right, FOLDS[1]))
 
 
 @pytest.mark.parametrize(
@@ -156,3 +170,107 @@ def test_runs_and_folds_by_their_defaults_are_of_one_model():
         assert result["alpha_c"].time < result["snap"].time
     with pytest.raises(ValueError, match=r"folds\[0\]: elements = 4"):
         der.modes.events(elastica.simulate(beam), elastica.folds(beam, elements=4))
+
+
+def test_a_mid_tangent_that_turns_over_at_rest_before_the_first_fold_is_no_snap():
+    slope = 0.1 - 0.5 * step(0.05) + 0.9 * step(0.18)
+    height = 0.21 - 0.1 * step(0.18) - 0.3 * step(0.47)
+    folds = replace(FOLDS[0], slope=-0.4), replace(FOLDS[1], slope=0.5)
+    outcome = classify(made(ANGLE, height, slope), folds)
+    assert outcome.first == pytest.approx((1.8, 0.18), abs=0.05)
+    assert outcome.second == pytest.approx((4.7, 0.47), abs=0.05)
+    with pytest.raises(ValueError, match="turn over"):
+        classify(made(ANGLE, height, slope), (folds[0], replace(FOLDS[1], slope=-0.5)))
+
+
+IMAGES = [
+    {"drive": "right", "start": "U+S-"},
+    {"drive": Drive(left=-1.0), "start": "U-S+"},
+    {"drive": Drive(right=-1.0), "start": "U-S-"},
+    # the control itself falls
+    {"drive": "left", "start": "U-S+", "rate": -1.0, "stop": -1.0},
+]
+KINDS = [(0.40, 10.0, 1.0, "type 2"), (0.40, 10.0, 0.1, "no skip"), (0.35, 0.3, 0.1, "type 1")]
+
+
+@pytest.mark.parametrize("image", IMAGES)
+@pytest.mark.parametrize(("compression", "damping", "rate", "kind"), KINDS)
+def test_images_of_a_ramp_have_its_outcome(image, compression, damping, rate, kind):
+    """z -> -z, and the ribbon read from its other end: the same instants, controls of the image's sign."""
+    base = Scene(compression=compression, shear=0.40, damping=damping, rate=rate, stop=0.9)
+    sign = np.sign(image.get("rate", 1.0))
+    other = replace(base, **{**image, "rate": sign * rate, "stop": sign * 0.9})
+    one, two = (
+        classify(run, kirchhoff.folds(run.scene, elements=8))
+        for run in (kirchhoff.simulate(scene, tolerance=1e-3, until="snap") for scene in (base, other))
+    )
+    assert one.kind == two.kind == kind
+    up = 1.0 if other.start[1] == "+" else -1.0
+    assert two.final == other.start[:1] + ("-" if up > 0.0 else "+") + other.start[2:]
+    for mine, its in ((one.first, two.first), (one.second, two.second)):
+        assert (mine is None) == (its is None)
+        if mine is not None:
+            assert its == pytest.approx((mine[0], sign * mine[1]), rel=1e-6)
+    np.testing.assert_allclose(two.minima, one.minima * [1.0, sign, up], rtol=1e-5)
+
+
+def heavy(weight):
+    """Of a weight per length along z in EI2/L^3."""
+    return {"compression": 0.40, "shear": 0.37, "gravity": (0.0, 0.0, weight / Ribbon().weight_ratio)}
+
+
+RIGS = [
+    heavy(-5.0),
+    {"compression": 0.40, "shear": 0.37, "ribbon": Ribbon(curvature=2.0), "gravity": (0.0, 0.0, 0.0)},
+    {"compression": 0.40, "shear": 0.37, "preset": {"lift": -0.03}},
+    {"compression": 0.40, "shear": 0.37, "drive": Drive(left=1.0, right=0.3)},
+    {"compression": 0.40, "shear": 0.37, "drive": Drive(left=1.0, lift=0.05)},
+]
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_ramp_of_another_rig_snaps_twice(rig):
+    """So slow, and so damped, that it stays near states at rest: behind each fold its snap, and no skip."""
+    scene = Scene(**rig, rate=0.03, damping=20.0, stop=1.2)
+    folds = kirchhoff.folds(scene, elements=8)
+    run = kirchhoff.simulate(scene, tolerance=1e-3, until="snap")
+    outcome = classify(run, folds)
+    assert outcome.kind == "no skip"
+    result = der.modes.events(run, folds)
+    order = [name for name in result if name not in ("first minimum", "end")]
+    assert order == ["alpha_c1", "first snap", "alpha_c2", "second snap"]
+    assert result["alpha_c1"].name == "U+S+"
+    assert result["alpha_c2"].name == "U+S-"
+    assert result["end"].name == outcome.final == "U-S+"
+    # the names do not hang on the folds
+    assert set(der.modes.events(run)) == set(result) - {"alpha_c1", "alpha_c2"}
+    second = result["second snap"]
+    assert (second.time, second.angle) == run.snap == outcome.second
+    # (where the lift moves crossings are those of a cubic, without velocities)
+    within = 1e-3 if scene.drives.lift else 1e-8
+    assert second.height == pytest.approx(float(scene.clamps_height(second.angle)), abs=within)
+    for fold, name in zip(folds, ("alpha_c1", "alpha_c2"), strict=True):
+        # close to its fold the state moves as the root of the distance
+        assert result[name].angle == pytest.approx(fold.control, abs=1e-9)
+        assert np.sign(result[name].slope) == np.sign(fold.slope)
+
+
+def test_a_weight_that_is_next_to_none_changes_no_outcome():
+    for damping, rate in ((10.0, 1.0), (1.0, 0.2), (0.3, 0.05)):
+        scenes = [Scene(**heavy(w), rate=rate, damping=damping, stop=1.5) for w in (0.0, -1e-9)]
+        runs = [kirchhoff.simulate(scene, tolerance=1e-4, until="snap") for scene in scenes]
+        one, two = (classify(run, kirchhoff.folds(run.scene, elements=8)) for run in runs)
+        assert one.kind == two.kind
+        # what runs whose steps differ may be apart by at this tolerance
+        assert two.second == pytest.approx(one.second, rel=1e-3)
+        assert two.first == pytest.approx(one.first, rel=1e-3)
+
+
+def test_names_leave_out_what_vanishes():
+    assert [name_by_signs(h, s, 1e-6) for h, s in ((0.2, 0.0), (-0.2, 1e-9), (0.0, -0.3), (1e-9, 0.3))] == [
+        "U+",
+        "U-",
+        "S+",
+        "S-",
+    ]
+    assert name_by_signs(0.0, 0.0, 1e-6) == ""

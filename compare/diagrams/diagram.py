@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any, cast
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from compare.models import MESH, MODELS, warm_up
 from compare.sweep import Sweep
-from ribbonfem import Ribbon, Scene, SceneError
+from ribbonfem import Drive, Ribbon, Scene, SceneError
 from ribbonfem.options import OptionError, choice, flag, positive, whole_number
 
 from .boundaries import Boundary, Line, search
@@ -73,7 +72,7 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
         ("damping", dampings, rates, np.transpose(names)),
     ):
         for row, fixed in zip(table, other, strict=True):
-            sure = [k for k, name in enumerate(row) if name in base.names]
+            sure = [k for k, name in enumerate(row) if name not in ("", "cut", "mixed")]
             for a, b in pairwise(sure):
                 if row[a] != row[b]:
                     lines.append(Line((float(axis[a]), float(axis[b])), _TOLERANCE, {}))
@@ -122,7 +121,9 @@ def _diagram(
     sizes = rounds_up_to(samples)
     cells = _first_round(base, x, y, points, sizes[0], sweep)
     _fill(base, cells, points, sizes, sweep)
-    names = base.names
+    every = tuple(sample for row in cells for cell in row for sample in cell)
+    # (a run may come to rest where no state was found)
+    names = tuple(dict.fromkeys((*base.names, *(sample.outcome for sample in every if sample.outcome))))
     shares = np.full((len(y), len(x), len(names)), np.nan)
     uncertainty, runs = np.full(shares.shape[:2], np.nan), np.zeros(shares.shape[:2], dtype=np.int64)
     outcome = np.empty(shares.shape[:2], dtype="<U10")
@@ -134,7 +135,6 @@ def _diagram(
                 shares[j, i] = np.array(counts) / total
             uncertainty[j, i] = half_interval(max(counts), total)
             outcome[j, i] = name_of_cell(cell, len(cell) >= samples)
-    every = tuple(sample for row in cells for cell in row for sample in cell)
     curves = predictions(base, x, y) if scene.stop is None else Curves()
     return Diagram(
         kind="skipping" if scene.stop is None else "selection",
@@ -148,7 +148,7 @@ def _diagram(
         failed=tuple(Failed(s.rate, s.damping, s.reason) for s in every if not s.outcome),
         boundaries=_boundaries(base, x, y, outcome, sweep) if boundaries else (),
         samples=every,
-        folds=(base.folds[0].angle, base.folds[1].angle),
+        folds=tuple(fold.control for fold in base.folds),
         predicted=curves,
         unpredicted=getattr(curves, "missing", {}),
         scene=scene,
@@ -164,6 +164,10 @@ def skipping_diagram(
     rates: tuple[float, float, int] = (0.01, 1.0, 20),
     dampings: tuple[float, float, int] = (0.1, 30.0, 20),
     *,
+    start: str = "U+S+",
+    drive: str | Drive | Mapping[str, float] = "left",
+    preset: Mapping[str, float] | None = None,
+    gravity: tuple[float, float, float] | None = None,
     model: str = "der",
     ribbon: Ribbon | None = None,
     samples: int = SAMPLES,
@@ -172,13 +176,16 @@ def skipping_diagram(
     sweep: Sweep | None = None,
     **options: Any,
 ) -> Diagram:
-    """Which shape a ramp from U+S+ skips, over rate and damping (paper, Fig. 11).
+    """Which shape a ramp from a US state skips, over rate and damping (paper, Fig. 11).
 
     Parameters
     ----------
     compression, shear: dL/L and dW/L, where both U+S+ and U+S- are stable.
-    rates, dampings: (low, high, count) in rad/s and 1/s: centres at low (high/low)^(k/(count - 1)); a cell
-        reaches half a spacing to every side of its centre, in the logarithms.
+    rates, dampings: (low, high, count) of the control (rad/s, L/s, ...) and in 1/s: centres at
+        low (high/low)^(k/(count - 1)); a cell reaches half a spacing to every side of its centre, in the
+        logarithms.
+    start, drive, preset, gravity: as of a `Scene`.  Rates are positive: which way the control goes is said
+        by the drive, as `Drive(left=-1)`.
     model: "der" or "kirchhoff".
     ribbon: the default `Ribbon` if None.
     samples: runs of a cell at the most; 1 is its centre alone.
@@ -194,11 +201,20 @@ def skipping_diagram(
     Raises
     ------
     SceneError, OptionError
-        For a ribbon without both states, a grid or options that cannot be.
+        For a ribbon without both states, a rig whose slow ramp does not meet two folds with a state between
+        them (it says what the ramp meets), a grid or options that cannot be.
     SolverError, SweepError
-        If its folds are not found; if workers are lost again and again.
+        If its states are not found; if workers are lost again and again.
     """
-    scene = Scene(compression=compression, shear=shear, start="U+S+", ribbon=ribbon or Ribbon())
+    scene = Scene(
+        compression=compression,
+        shear=shear,
+        start=start,
+        drive=drive,
+        preset=preset,
+        gravity=gravity,
+        ribbon=ribbon or Ribbon(),
+    )
     return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
 
 
@@ -209,6 +225,10 @@ def selection_diagram(
     rates: tuple[float, float, int] = (0.01, 1.0, 20),
     dampings: tuple[float, float, int] = (0.1, 30.0, 20),
     *,
+    start: str = "U+S+",
+    drive: str | Drive | Mapping[str, float] = "left",
+    preset: Mapping[str, float] | None = None,
+    gravity: tuple[float, float, float] | None = None,
     model: str = "der",
     ribbon: Ribbon | None = None,
     samples: int = SAMPLES,
@@ -217,14 +237,27 @@ def selection_diagram(
     sweep: Sweep | None = None,
     **options: Any,
 ) -> Diagram:
-    """In which shape a ramp from U+S+ to `stop` (rad), then held, comes to rest (paper, Fig. 14).
+    """In which shape a ramp to `stop`, then held, comes to rest, over rate and damping (paper, Fig. 14).
 
-    Other parameters, and errors, as in `skipping_diagram`; the outcomes are names of shapes.
+    `stop` is of the control, and positive; the start may be any stable state.  Other parameters, and errors,
+    as in `skipping_diagram`.  The outcomes are names of shapes: of a plain ramp from a US state all four,
+    else those of the stable states that are found at the stop, by the signs of the height over the mean of
+    the clamps' and of the slope; a second one of the same signs has a number.  A scene whose state at rest is
+    lost at a pitchfork before the stop is refused: a preset is needed.
     """
-    scene = Scene(compression=compression, shear=shear, start="U+S+", ribbon=ribbon or Ribbon(), rate=1.0)
     if stop is None:
         raise SceneError("Scene.stop = None: selection needs the angle (rad) at which the clamp stops")
-    scene = replace(scene, stop=stop)
+    scene = Scene(
+        compression=compression,
+        shear=shear,
+        start=start,
+        drive=drive,
+        rate=1.0,
+        stop=stop,
+        preset=preset,
+        gravity=gravity,
+        ribbon=ribbon or Ribbon(),
+    )
     return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
 
 

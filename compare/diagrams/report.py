@@ -92,8 +92,8 @@ def summary(result: Diagrams) -> list[str]:
         f"{len(result.diagrams)} diagram(s), {cells} cells, {runs} runs ({failed} failed): in {sure} cells "
         f"all runs agree, {cut} are cut by one line, and {mixed} are mixed: there single outcomes do not "
         "converge under refinement, and only the share of runs that do one thing or the other has a limit.",
-        "Why: just after its first snap a lightly damped ribbon carries more energy than the pass to U-, and "
-        "rattles; whether it crosses depends on its phase, which a change of rate or damping by a few "
+        "Why: just after a snap a lightly damped ribbon carries more energy than the pass to the other side, "
+        "and rattles; whether it crosses depends on its phase, which a change of rate or damping by a few "
         "percent turns by whole periods. A published diagram with one run a cell shows one draw of these, "
         "and numerical damping of the integrator changes the shares.",
     ]

@@ -30,6 +30,21 @@ class Failed:
     reason: str
 
 
+def speed_unit(scene: Scene) -> str:
+    """The unit of a rate."""
+    return f"{scene.drives.unit or '1'}/s"
+
+
+def told(scene: Scene) -> tuple[str, ...]:
+    """Phrases for what is not the usual rig from U+S+: the start, what is driven, presets, loads."""
+    return (*((scene.start,) if scene.start != "U+S+" else ()), *scene.rig)
+
+
+def stop_in_words(scene: Scene) -> str:
+    """Where a ramp stops, as the last part of a list; empty where it does not."""
+    return "" if scene.stop is None else f", stop {scene.stop:g} {scene.drives.unit}".rstrip()
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Diagram(Value):
     """What ramps do, over cells of rate and damping that are areas in the logarithms.
@@ -37,8 +52,8 @@ class Diagram(Value):
     Attributes
     ----------
     kind: "skipping" or "selection".
-    rates, dampings: (n,) rad/s and (m,) 1/s, centres of the cells; a cell reaches half a spacing to every
-        side.
+    rates, dampings: (n,) of the control (rad/s, L/s, ...) and (m,) 1/s, centres of the cells; a cell reaches
+        half a spacing to every side.
     outcomes: names, in the order of the shares.
     shares: (m, n, outcomes) of the runs that ended; NaN where none did.
     uncertainty: (m, n) half the 95 % interval of the largest share.
@@ -49,7 +64,8 @@ class Diagram(Value):
     failed: the runs that did not end.
     boundaries: where the outcome changes, solved for between sure cells, on the mesh of the runs.
     samples: every run, row by row and cell by cell.
-    folds: alpha_c1 and alpha_c2, rad.
+    folds: where the control is at alpha_c1 and alpha_c2; of selection with another rig at those that a slow
+        ramp meets.
     predicted: curves that need no simulation, by name: (k, 2) rates and dampings.
     scene, model, options, seed: what it was made from.
     unpredicted: of these curves those that are not there, by name: why.
@@ -66,7 +82,7 @@ class Diagram(Value):
     failed: tuple[Failed, ...]
     boundaries: tuple[Boundary, ...]
     samples: tuple[Sample, ...]
-    folds: tuple[float, float]
+    folds: tuple[float, ...]
     predicted: Mapping[str, Array]
     scene: Scene
     model: str
@@ -78,10 +94,9 @@ class Diagram(Value):
         counts = Counter(str(name) or "no run ended" for name in self.outcome.ravel())
         cells = ", ".join(f"{count} {name}" for name, count in counts.most_common())
         scene = self.scene
-        where = f"({scene.compression:g}, {scene.shear:g})"
-        stop = "" if scene.stop is None else f", stop {scene.stop:g} rad"
+        where = ", ".join((f"({scene.compression:g}, {scene.shear:g})", *told(scene)))
         return (
-            f"Diagram({self.kind} at {where}{stop}, {self.model}, "
+            f"Diagram({self.kind} at {where}{stop_in_words(scene)}, {self.model}, "
             f"{len(self.dampings)} x {len(self.rates)} cells of {int(self.runs.sum())} runs;\n"
             f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed"
             + "".join(f";\n  no line of {name}: {why}" for name, why in self.unpredicted.items())
@@ -107,16 +122,22 @@ class Diagram(Value):
         return called_later("compare.diagrams.show:html", self)
 
     def to_csv(self) -> str:
-        """A tidy table: a row for each cell and outcome, with its share, uncertainty and runs."""
+        """A tidy table: a row for each cell and outcome, with its share, uncertainty and runs.
+
+        Where another control than the left clamp moves its name and its unit are in each.
+        """
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["rate", "damping", "outcome", "share", "cell", "runs", "doubt_of_largest"])
+        scene = self.scene
+        named = {} if scene.drive == "left" else {"drive": str(scene.drive), "rate_unit": speed_unit(scene)}
+        writer.writerow(["rate", "damping", "outcome", "share", "cell", "runs", "doubt_of_largest", *named])
         for j, damping in enumerate(self.dampings):
             for i, rate in enumerate(self.rates):
                 for k, name in enumerate(self.outcomes):
                     writer.writerow(
                         [repr(float(rate)), repr(float(damping)), name, repr(float(self.shares[j, i, k]))]
                         + [str(self.outcome[j, i]), int(self.runs[j, i]), repr(float(self.uncertainty[j, i]))]
+                        + [*named.values()]
                     )
         return stream.getvalue()
 
@@ -141,9 +162,15 @@ class Diagram(Value):
                 "cell": (cells, np.array(self.outcome)),
             },
             {
-                "damping": np.array(self.dampings),
-                "rate": np.array(self.rates),
+                "damping": ("damping", np.array(self.dampings), {"units": "1/s"}),
+                "rate": ("rate", np.array(self.rates), {"units": speed_unit(self.scene)}),
                 "outcome": list(self.outcomes),
             },
-            {"kind": self.kind, "model": self.model, "scene": repr(self.scene), "seed": self.seed},
+            {
+                "kind": self.kind,
+                "model": self.model,
+                "drive": str(self.scene.drive),
+                "scene": repr(self.scene),
+                "seed": self.seed,
+            },
         )

@@ -2,7 +2,8 @@
 
 A run of skipping turns on until z(1/2) passes 0, wherever that is: a ramp that stops before its snap tells
 nothing.  One of selection is held at its stop until its energy is below every pass that leads out of the
-state it is in (`until="decided"`), or until what is left of its vibration or creep cannot count.
+state it is in (`until="decided"`), or until what is left of its vibration or creep cannot count; which state
+that is, is seen by damping it to rest.
 """
 
 from __future__ import annotations
@@ -10,25 +11,29 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from compare.models import MODELS
-from compare.quantities.branches import both_folds, stable_at
 from compare.quantities.measure import require_options
-from ribbonfem import Fold, History, Scene, SolverError
+from ribbonfem import Fold, History, Scene, Schedule, SolverError
+from ribbonfem.drive import TURNS, TWISTS
+from ribbonfem.frozen import Frozen
 from ribbonfem.model_info import defaults
 from ribbonfem.options import OptionError
-from ribbonfem.outcomes import classify, name_by_signs
+from ribbonfem.outcomes import classify
 from ribbonfem.results import MESH
+
+from .states import State, apart, folds_met, is_plain, name_of, stable_states, two_folds
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
-# the angle (rad) at which a ramp that has not snapped is given up
+# rad: the turn or twist of a clamp at which a ramp that has not snapped is given up
 _FAR = 2.0 * math.pi
-# times t*: the end of a run over which its shape is averaged, so that a vibration does not name it
-_LAST = 4.0
+# to see in which well a run is when it ends: damping (1/t*), times t* that it is followed, tolerance (L)
+_DAMPED, _REST, _ROUGHLY = 10.0, 15.0, 1e-3
+# how far from a stable state (`states.apart`) it may then be, and what vanishes of one that was not found (L)
+_NEAR, _FLAT = 0.1, 1e-3
 
 
 @dataclass(frozen=True)
@@ -39,20 +44,25 @@ class Setup:
     ----------
     scene: the ribbon and its start; of selection with the stop.
     model: by name; `options` its keywords.
-    folds: alpha_c1 and alpha_c2 on the same mesh.
-    stable: name, height and slope of the stable states at the stop; empty of skipping.
+    folds: of skipping alpha_c1 and alpha_c2, of selection those that a slow ramp meets, on the same mesh.
+    stable: name, height over the mean of the clamps' and slope of the stable states at the stop; empty of
+        skipping.
     """
 
     scene: Scene
     model: str
     options: Mapping[str, Any]
-    folds: tuple[Fold, Fold]
-    stable: tuple[tuple[str, float, float], ...] = ()
+    folds: tuple[Fold, ...]
+    stable: tuple[State, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """The outcomes that there may be."""
-        return SKIPPING if self.scene.stop is None else SELECTION
+        if self.scene.stop is None:
+            return SKIPPING
+        if is_plain(self.scene):
+            return SELECTION
+        return tuple(name for name, _, _ in self.stable)
 
 
 @dataclass(frozen=True)
@@ -61,9 +71,9 @@ class Sample:
 
     Attributes
     ----------
-    rate, damping: rad/s and 1/s.
+    rate, damping: of the control (rad/s, ...) and 1/s.
     outcome: its name; empty where the run failed.
-    first, second: angles (rad) of the two snaps, None where one did not come.
+    first, second: where the control is at the two snaps, None where one did not come.
     reason: the rule that named it, or why the run failed.
     """
 
@@ -96,25 +106,32 @@ def mesh_of(model: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def setup(scene: Scene, model: str, options: Mapping[str, Any]) -> Setup:
-    """The setup of a diagram: its folds, once.
+    """The setup of a diagram: its folds and states, once.
 
     Raises
     ------
     SceneError, SolverError
-        If the ribbon has not both states, or no fold of one of them.
+        If the ribbon has not the states that are asked for.
     """
-    mesh = mesh_of(model, options)
-    stable = () if scene.stop is None else _stable_at(scene, scene.stop, model, mesh)
-    return Setup(scene, model, dict(options), both_folds(scene, model, mesh), stable)
+    # neither damping nor the size of the rate has a part in them
+    still = replace(scene, rate=scene.direction, hold=0.0, damping=0.0)
+    folds, stable = _at_rest(still, model, Frozen(mesh_of(model, options)))
+    return Setup(scene, model, dict(options), folds, stable)
 
 
-def _stable_at(
-    scene: Scene, angle: float, model: str, mesh: Mapping[str, Any]
-) -> tuple[tuple[str, float, float], ...]:
-    """Stable states at an angle, with their names: on the curve through U+S+ and its mirror image."""
-    reach = max(1.5, 1.1 * abs(angle))
-    curve = MODELS[model].equilibria(replace(scene, stop=None), span=(-reach, reach), **mesh)
-    return tuple((name_by_signs(*state), *state) for state in stable_at(curve, angle))
+@lru_cache(maxsize=16)
+def _at_rest(scene: Scene, model: str, mesh: Mapping[str, Any]) -> tuple[tuple[Fold, ...], tuple[State, ...]]:
+    if scene.stop is None:
+        return two_folds(scene, model, mesh), ()
+    stable = stable_states(scene, model, mesh)
+    return folds_met(scene, model, mesh), stable
+
+
+def far(scene: Scene) -> float:
+    """Where a ramp that has not snapped is given up: a turn of a clamp, or as far as the control goes."""
+    turns = [abs(by) for name, by in scene.drives.moved.items() if name in (*TURNS, *TWISTS)]
+    reach = scene.reach_towards(scene.direction)
+    return min(reach, _FAR / max(turns)) if turns else reach
 
 
 def _hold(damping: float) -> float:
@@ -122,45 +139,45 @@ def _hold(damping: float) -> float:
     return max(16.0 / max(damping, 1e-3), 0.6 * damping, 4.0)
 
 
-def _shape(history: History, stable: tuple[tuple[str, float, float], ...]) -> str:
-    """The shape that a run comes to: of the stable states on its side of z = 0 the nearest.
+def _shape(history: History, base: Setup) -> str:
+    """The shape that a run comes to: the stable state in whose well it is when it ends.
 
-    A run that is decided may still be on its way down, or vibrate: the mean of its last moments counts,
-    and a shape that does not exist at the stop is none to come to rest in.
+    A run that is decided may still be on its way down, or vibrate, on either side of the clamps.  Damped from
+    there on it stays in its well, below every pass, and comes to rest in it.
     """
-    last = history.time[-1] - _LAST * history.scene.ribbon.inertial_time
-    keep = history.time >= max(last, history.time[0])
-    time = history.time[keep]
-    span = float(time[-1] - time[0])
-    height, slope = (
-        float(np.trapezoid(column[keep], time)) / span if span > 0.0 else float(column[-1])
-        for column in (history.height, history.slope)
+    scene, unit = history.scene, history.scene.ribbon.inertial_time
+    stop = scene.require_stop()
+    still = Schedule((0.0, _REST * unit), (stop, stop), "linear")
+    damped = replace(scene, rate=Scene.rate, stop=None, hold=0.0, schedule=still, damping=_DAMPED / unit)
+    mesh = mesh_of(base.model, base.options)
+    rest = MODELS[base.model].simulate(
+        damped, initial=history, configurations=False, tolerance=_ROUGHLY, **mesh
     )
-    near = [state for state in stable if state[1] * height > 0.0]
-    if not near:
-        return name_by_signs(height, slope)
-    # heights are in L and slopes up to 1: three tenths of a slope weigh as much as a height
-    return min(near, key=lambda state: math.hypot(state[1] - height, 0.3 * (state[2] - slope)))[0]
+    end = float(rest.height[-1] - scene.clamps_height(stop)), float(rest.slope[-1])
+    near = min(base.stable, key=lambda state: apart(state[1:], end), default=None)
+    if near is None or apart(near[1:], end) > _NEAR:
+        return name_of(*end, scene, _FLAT)
+    return near[0]
 
 
 def run_of(base: Setup, rate: float, damping: float) -> Sample:
-    """The run at a rate (rad/s) and a damping (1/s): a sample, failed runs included."""
+    """The run at a rate of the control and a damping (1/s): a sample, failed runs included."""
     selection = base.scene.stop is not None
     scene = replace(
         base.scene,
         rate=rate,
         damping=damping,
-        stop=base.scene.stop if selection else _FAR,
+        stop=base.scene.stop if selection else far(base.scene),
         hold=_hold(damping) if selection else 0.0,
     )
     until = "decided" if selection else "snap"
     try:
         history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.options)
+        outcome = _shape(history, base) if selection else ""
     except SolverError as error:
         return Sample(rate, damping, "", None, None, str(error).splitlines()[0])
     if selection:
-        snaps, outcome = tuple(map(history.crossing, ("slope", "height"))), _shape(history, base.stable)
-        reason = "the shape it comes to rest in"
+        snaps, reason = (history.crossing("slope"), history.snap), "the shape it comes to rest in"
     else:
         result = classify(history, base.folds)
         snaps, outcome, reason = (result.first, result.second), result.kind, result.reason
@@ -178,7 +195,7 @@ def cost_of(work: tuple[Setup, tuple[tuple[float, float], ...]]) -> float:
     """Expected steps of a task: a lightly damped ribbon rings through a slow ramp, or through its hold."""
     base, points = work
     selection = base.scene.stop is not None
-    window = 1.0 if selection else abs(base.folds[1].angle - base.folds[0].angle)
+    window = 1.0 if selection else abs(base.folds[1].control - base.folds[0].control)
     return sum(
         300.0 + 250.0 * min(10.0 / max(nu, 1e-3), math.inf if selection else window / rate)
         for rate, nu in points

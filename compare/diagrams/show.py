@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -17,7 +18,7 @@ from ribbonfem.output.style import drawn, figure, panels
 from ribbonfem.output.tables import library
 
 from .predictions import TYPE_1, TYPE_2
-from .result import Diagram
+from .result import Diagram, speed_unit, stop_in_words, told
 from .setup import mesh_of
 
 COLOURS = {
@@ -30,7 +31,13 @@ COLOURS = {
     "U+S-": "#2a9d5c",
     "U-S+": "#c1121f",
     "U-S-": "#f4a261",
+    "U+": "#2a9d5c",
+    "U-": "#c1121f",
+    "S+": "#457b9d",
+    "S-": "#f4a261",
 }
+# of a second state of the same signs
+_OTHER = "#6d597a"
 
 DASHES: Mapping[str, str] = {TYPE_1: ":", TYPE_2: "--"}
 # what a legend has room for
@@ -38,6 +45,28 @@ SHORT: Mapping[str, str] = {
     TYPE_1: "energy reaches the pass to U- (no run)",
     TYPE_2: r"delay reaches $\alpha_{c2}$ (no run)",
 }
+
+
+def colour(name: str) -> str:
+    """The colour of an outcome."""
+    return COLOURS.get(name, _OTHER)
+
+
+def short(name: str, diagram: Diagram) -> str:
+    """The name of a predicted line, as a legend has room for it."""
+    text = SHORT.get(name, name)
+    if diagram.scene.start[:2] == "U-":
+        text = text.replace("pass to U-", "pass to U+")
+    return text if diagram.scene.clamps_turn else text.replace(r"$\alpha_{c2}$", "the second fold")
+
+
+def rate_label(diagram: Diagram, name: str = "rate ") -> str:
+    """The axis of rates: of the left clamp alone, or saying what is driven."""
+    scene = diagram.scene
+    if scene.drive == "left":
+        return name + r"$\dot\alpha$ (rad/s)"
+    named = ", ".join(f"{by:g} {what}" if by != 1.0 else what for what, by in scene.drives.moved.items())
+    return f"rate of {scene.drive if isinstance(scene.drive, str) else named} ({speed_unit(scene)})"
 
 
 @dataclass(frozen=True)
@@ -66,6 +95,12 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "compression": scene.compression,
         "shear": scene.shear,
         "stop": scene.stop,
+        "start": scene.start,
+        "drive": scene.drive if isinstance(scene.drive, str) else scene.drives.moved,
+        "preset": dict(scene.preset),
+        "gravity": None if scene.gravity is None else list(scene.gravity),
+        "natural_shape": scene.ribbon.shaped,
+        "rate_unit": speed_unit(scene),
         "model": diagram.model,
         "policy": dict(diagram.options),
         "seed": diagram.seed,
@@ -80,11 +115,14 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
 
 
 def label(diagram: Diagram) -> str:
-    """Compression, shear, stop, model and mesh."""
+    """Compression, shear, another rig than the usual one, stop, model and mesh."""
     scene, mesh = diagram.scene, mesh_of(diagram.model, diagram.options)
-    stop = "" if scene.stop is None else f", stop {scene.stop:g}"
+    stop = stop_in_words(scene)
+    if scene.drive == "left":
+        stop = stop.removesuffix(" rad")
     size = f"{mesh[MESH[diagram.model]]} {MESH[diagram.model]}"
-    return f"({scene.compression:.2f}, {scene.shear:.2f}){stop}, {diagram.model}, {size}"
+    where = ", ".join((f"({scene.compression:.2f}, {scene.shear:.2f})", *told(scene)))
+    return f"{where}{stop}, {diagram.model}, {size}"
 
 
 def summary(diagrams: Sequence[Diagram]) -> Table:
@@ -191,12 +229,12 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
     """One diagram: colours mixed by shares, boundaries, bands, predictions, failures, the paper's runs."""
     from matplotlib.colors import to_rgb
 
-    palette = np.array([to_rgb(COLOURS[name]) for name in diagram.outcomes])
+    palette = np.array([to_rgb(colour(name)) for name in diagram.outcomes])
     shares = np.nan_to_num(np.array(diagram.shares))
     # on white, so that a cell without a run stays so
-    colour = np.einsum("jik,kc->jic", shares, palette) + (1.0 - shares.sum(axis=2))[..., None]
+    mixed = np.einsum("jik,kc->jic", shares, palette) + (1.0 - shares.sum(axis=2))[..., None]
     x, y = _edges(diagram.rates), _edges(diagram.dampings)
-    axes.pcolormesh(x, y, np.clip(0.25 + 0.75 * colour, 0.0, 1.0), lw=0)
+    axes.pcolormesh(x, y, np.clip(0.25 + 0.75 * mixed, 0.0, 1.0), lw=0)
     for j, i in np.argwhere(np.asarray(diagram.undetermined)):
         axes.plot(diagram.rates[i], diagram.dampings[j], "o", ms=2.6, mfc="white", mec="black", mew=0.6)
     for b in diagram.boundaries:
@@ -214,9 +252,9 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
     for failed in diagram.failed:
         axes.plot(failed.rate, failed.damping, "x", ms=4, color="red")
     for case in named:
-        axes.plot(case.rate, case.damping, "*", ms=9, mfc=COLOURS[case.paper], mec="black", mew=0.8, zorder=6)
+        axes.plot(case.rate, case.damping, "*", ms=9, mfc=colour(case.paper), mec="black", mew=0.8, zorder=6)
     axes.set(xscale="log", yscale="log", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    axes.set_title(label(diagram), fontsize=8.5)
+    axes.set_title(textwrap.fill(label(diagram), 56), fontsize=8.5)
 
 
 def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
@@ -226,10 +264,10 @@ def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
 
     there = [
         n
-        for n in diagrams[0].outcomes
-        if any(np.nansum(d.shares[..., d.outcomes.index(n)]) > 0 for d in diagrams)
+        for n in dict.fromkeys(name for d in diagrams for name in d.outcomes)
+        if any(np.nansum(d.shares[..., d.outcomes.index(n)]) > 0 for d in diagrams if n in d.outcomes)
     ]
-    handles: list[Any] = [Patch(color=COLOURS[name], alpha=0.75, label=name) for name in there]
+    handles: list[Any] = [Patch(color=colour(name), alpha=0.75, label=name) for name in there]
     if any(d.undetermined.any() for d in diagrams):
         handles.append(Line2D([], [], marker="o", ls="", ms=4, mfc="white", mec="black", label="mixed cell"))
     if any(d.boundaries for d in diagrams):
@@ -240,10 +278,10 @@ def _handles(diagrams: Sequence[Diagram], paper: bool = False) -> list[Any]:
         handles.append(Line2D([], [], marker="x", ls="", ms=4, color="red", label="run that failed"))
     for name in dict.fromkeys(n for d in diagrams for n, curve in d.predicted.items() if len(curve)):
         line = DASHES.get(name, "--")
-        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=SHORT.get(name, name)))
+        handles.append(Line2D([], [], color="black", ls=line, lw=1.1, label=short(name, diagrams[0])))
     for name in sorted({name for d in diagrams for name in d.unpredicted}):
         if not any(len(d.predicted.get(name, ())) for d in diagrams):
-            label = f"{SHORT.get(name, name)}: {diagrams[0].unpredicted.get(name, 'not there')[:40]}"
+            label = f"{short(name, diagrams[0])}: {diagrams[0].unpredicted.get(name, 'not there')[:40]}"
             handles.append(Line2D([], [], ls="", label=label))
     if paper:
         handles.append(
@@ -257,7 +295,7 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
     fig, grid = panels(len(diagrams), 3, width=3.7, height=3.3)
     for axes, diagram in zip(grid, diagrams, strict=True):
         draw_panel(axes, diagram, named.get(diagram.scene.compression, ()))
-        axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
+        axes.set(xlabel=rate_label(diagram), ylabel=r"damping $\nu$ (1/s)")
     handles = _handles(diagrams, any(named.get(d.scene.compression) for d in diagrams))
     fig.legend(
         handles=handles,
@@ -279,7 +317,7 @@ def draw_differences(paper: Sequence[Diagram], ours: Sequence[Diagram]) -> Any:
         row[2].pcolormesh(x, y, differing_share(one, two), vmin=0.0, vmax=1.0, cmap="magma_r")
         row[2].set(xscale="log", yscale="log", title="share of runs that end otherwise")
         for axes in row:
-            axes.set(xlabel=r"$\dot\alpha$ (rad/s)", ylabel=r"$\nu$ (1/s)")
+            axes.set(xlabel=rate_label(one, ""), ylabel=r"$\nu$ (1/s)")
     return fig
 
 
@@ -297,7 +335,7 @@ def differing_share(paper: Diagram, ours: Diagram) -> Any:
 
 @drawn()
 def plot(diagram: Diagram, axes: Any = None) -> Any:
-    """A diagram over rate (rad/s) and damping (1/s), colours mixed by the shares of outcomes.
+    """A diagram over the control's rate and damping (1/s), colours mixed by the shares of outcomes.
 
     Parameters
     ----------
@@ -309,7 +347,7 @@ def plot(diagram: Diagram, axes: Any = None) -> Any:
     The axes.
     """
     draw_panel(axes, diagram)
-    axes.set(xlabel=r"rate $\dot\alpha$ (rad/s)", ylabel=r"damping $\nu$ (1/s)")
+    axes.set(xlabel=rate_label(diagram), ylabel=r"damping $\nu$ (1/s)")
     axes.legend(handles=_handles([diagram]), fontsize=7)
     return axes
 
@@ -319,9 +357,9 @@ def frame(diagram: Diagram) -> Any:
 
     Returns
     -------
-    Columns rate (rad/s), damping (1/s), outcome, share (NaN where no run ended), cell (its outcome, "cut" or
-    "mixed"), runs, doubt (of the cell's largest share); `attrs` has the units by column, kind, folds (rad),
-    model, scene, options and seed.
+    Columns rate (of the control), damping (1/s), outcome, share (NaN where no run ended), cell (its outcome,
+    "cut" or "mixed"), runs, doubt (of the cell's largest share); `attrs` has the units by column, kind, folds
+    (of the control), model, drive, scene, options and seed.
 
     Raises
     ------
@@ -340,10 +378,11 @@ def frame(diagram: Diagram) -> Any:
     order = ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
     result = library("pandas", "to_pandas").DataFrame({name: columns[name] for name in order})
     result.attrs.update(
-        units={"rate": "rad/s", "damping": "1/s"},
+        units={"rate": speed_unit(diagram.scene), "damping": "1/s"},
         kind=diagram.kind,
-        folds=[float(angle) for angle in diagram.folds],
+        folds=[float(control) for control in diagram.folds],
         model=diagram.model,
+        drive=str(diagram.scene.drive),
         scene=repr(diagram.scene),
         options=repr(dict(diagram.options)),
         seed=diagram.seed,
@@ -352,8 +391,9 @@ def frame(diagram: Diagram) -> Any:
 
 
 def html(diagram: Diagram) -> str:
-    """A table of cells for a notebook: the outcome of each, damping (1/s) down and rate (rad/s) across."""
-    columns = ["nu \\ rate", *(f"{rate:.3g}" for rate in diagram.rates)]
+    """A table of cells for a notebook: the outcome of each, damping (1/s) down and rate across."""
+    unit = "" if diagram.scene.drive == "left" else f" ({speed_unit(diagram.scene)})"
+    columns = [f"nu \\ rate{unit}", *(f"{rate:.3g}" for rate in diagram.rates)]
     rows = [
         [f"{nu:.3g}", *map(str, cells)] for nu, cells in zip(diagram.dampings, diagram.outcome, strict=True)
     ]

@@ -14,9 +14,11 @@ from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError
 from ribbonfem.frozen import Value
 from ribbonfem.options import OptionError, choice, positive, whole_number
+from ribbonfem.scene import RIBBON_STATES
 
 from .boundaries import Line, search
-from .setup import SELECTION, SKIPPING, require_runs, run_of, setup
+from .setup import SKIPPING, mesh_of, require_runs, run_of, setup
+from .states import two_folds
 
 VARIED = ("rate", "damping", "compression", "shear", "stop")
 # meshes that follow each other: rods with half the edge, elements by a third more; the first are the default
@@ -126,10 +128,14 @@ def _checked(
     if not isinstance(scene, Scene):
         raise OptionError(f"scene = {scene!r}: a Scene is needed")
     choice("vary", vary, VARIED)
-    choice("outcome", outcome, (*SKIPPING, *SELECTION))
-    if scene.start != "U+S+" or scene.rate < 0.0:
-        raise SceneError(f"Scene.start = {scene.start!r}: thresholds are of ramps from U+S+ at rate > 0")
-    if outcome in SELECTION and scene.stop is None and vary != "stop":
+    choice("outcome", outcome, (*SKIPPING, *RIBBON_STATES))
+    if scene.schedule is not None:
+        raise SceneError(f"Scene.schedule = {scene.schedule!r}: thresholds are of ramps at a constant rate")
+    if scene.rate < 0.0:
+        raise SceneError(
+            f"Scene.rate = {scene.rate!r}: say by the drive which way it goes, as Drive(left=-1)"
+        )
+    if outcome not in SKIPPING and scene.stop is None and vary != "stop":
         raise SceneError("Scene.stop = None: a shape is selected at a stop; give one, or vary it")
     if outcome in SKIPPING and vary == "stop":
         raise OptionError(f"vary = 'stop': {outcome!r} is of a ramp that goes on; a stop selects a shape")
@@ -220,8 +226,9 @@ def threshold(
 
     Parameters
     ----------
-    scene: from U+S+; for a shape as outcome, with a `stop`.
-    outcome: "no skip", "type 1", "type 2", "first only", "none", or the name of a shape to be selected.
+    scene: of any drive, at a positive rate; for a shape as outcome, with a `stop`.
+    outcome: "no skip", "type 1", "type 2", "first only", "none" (of ramps that `skipping_diagram` takes), or
+        the name of a shape to be selected.
     vary: "rate", "damping", "compression", "shear" or "stop".
     between: values between which to look.
     tolerance: relative, of the limit.
@@ -246,7 +253,11 @@ def threshold(
     require_runs(model, options)
     given = options.pop(MESH[model], None)
     meshes = _MESHES[model] if given is None else (whole_number(MESH[model], given, 4),)
-    trial = Trial(scene, vary, low, model, options, outcome in SELECTION)
+    if outcome in SKIPPING and vary in ("rate", "damping"):
+        # what is skipped does not vary
+        on = mesh_of(model, {**options, MESH[model]: meshes[0]})
+        two_folds(replace(scene, rate=1.0, stop=None, hold=0.0, damping=0.0), model, on)
+    trial = Trial(scene, vary, low, model, options, outcome not in SKIPPING)
     looking = _Search(trial, outcome, tolerance, sweep or Sweep())
     first = looking.on(meshes[0], [(low, high)])[0]
     tracks: list[list[tuple[Any, ...]]] = [[change] for change in first]

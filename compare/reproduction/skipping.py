@@ -1,5 +1,6 @@
 """Which shape does a ramp skip?  Diagrams over rate and damping, with shares and boundaries (Fig. 11)."""
 
+from pathlib import Path
 from typing import Literal
 
 from compare.diagrams import skipping_diagram
@@ -12,6 +13,7 @@ from .rate_damping import SKIPPING, command, compute
 
 def main(
     *,
+    scene: Path | None = None,
     compression: float = 0.40,
     shear: float = 0.40,
     rates: tuple[float, float, int] = (0.01, 1.0, 20),
@@ -30,11 +32,17 @@ def main(
     A cell of --rates and --dampings (LOW:HIGH:COUNT) is an area: it gets the shares of outcomes, from a few
     runs where they agree and up to --samples where they do not. Changes between sure cells are solved for
     to 1 %. --all: the paper's six; --paper: also in the paper's own setting, and where that differs;
-    --model both: finite elements and rods, and where their intervals are disjoint.
+    --model both: finite elements and rods, and where their intervals are disjoint. --scene FILE: what a
+    TOML file says (compression, shear, start, drive, preset, gravity, ribbon) and not those options; its
+    rate, damping, stop and hold are not used.
     """
     options = dict(nodes=nodes, model=model, samples=samples, boundaries=boundaries, paper=paper)
+    asked = {"all": all, "paper": paper, "compression": compression != 0.40, "shear": shear != 0.40}
     places = SKIPPING if all else ((compression, shear),)
-    return compute(skipping_diagram, places, (rates, dampings), seed=seed, sweep=sweep, **options)
+    axes = rates, dampings
+    return compute(
+        skipping_diagram, places, axes, seed=seed, sweep=sweep, scene=scene, asked=asked, **options
+    )
 
 
 COMMAND = command("skipping", main, "some 3 minutes a diagram")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -80,9 +81,9 @@ class Curve:
 
 
 def as_fold(problem: Problem[State], point: Point[State], **of: Any) -> Fold:
-    """The angle, height and load of a point; `of` are the model, scene and options that it is a fold of."""
-    height, _, load = problem.observe(point.state, point.parameter)
-    return Fold(float(point.parameter), float(height), float(load), **of)
+    """What a point is as a fold; `of` are the model, scene and options that it is one of."""
+    height, slope, load = problem.observe(point.state, point.parameter)
+    return Fold(float(point.parameter), float(height), float(load), slope=float(slope), **of)
 
 
 def span_of(scene: Scene) -> tuple[float, float]:
@@ -93,26 +94,53 @@ def span_of(scene: Scene) -> tuple[float, float]:
     return min(-low, scene.begin - 0.1 * low), max(high, scene.begin + 0.1 * high)
 
 
+def as_far(
+    problem: Problem[State],
+    point: Point[State],
+    span: tuple[float, float],
+    scene: Scene,
+    steps: Steps | None = None,
+    unstable: int = 2,
+) -> Iterator[Segment[State]]:
+    """`trace`; of lengths to where a curve more than halfway to an end of `span` can be followed no further.
+
+    A ribbon nearly taut, crossed or not, bends in layers at its clamps alone, as thin as one over the root of
+    the force in it, which no mesh resolves up to the last.
+    """
+    begin = reached = point.parameter
+    try:
+        for segment in trace(problem, point, span, steps, unstable):
+            reached = segment.end.parameter
+            yield segment
+    except SolverError:
+        end = span[1] if reached > begin else span[0]
+        if scene.drives.kind != "length" or abs(reached - begin) < 0.5 * abs(end - begin):
+            raise
+
+
 def whole_curve(
     problem: Problem[State],
     state: State,
-    span: tuple[float, float],
+    span: tuple[float, float] | None,
+    scene: Scene,
     steps: Steps | None = None,
     unstable: int = 2,
-    begin: float = 0.0,
 ) -> Curve:
-    """The curve through an equilibrium at parameter `begin`, both ways, over `span` or until it closes.
+    """The curve through a scene's start, both ways, over `span` or until it closes.
 
-    The start state is a row, at parameter exactly `begin`.  States with more than `unstable` unstable
-    directions end the curve (see `trace`).
+    The start state is a row, at exactly the control's start.  States with more than `unstable` unstable
+    directions end the curve (see `trace`).  Without a `span` it is followed over `span_of`, `as_far` as it
+    can be.
 
     Raises
     ------
     OptionError
-        If `span` does not contain `begin` inside.
+        If `span` does not contain the control's start inside.
     SolverError
         From the continuation.
     """
+    follow = trace if span is not None else partial(as_far, scene=scene)
+    begin, span = scene.begin, span or span_of(scene)
     if not span[0] < begin < span[1]:
         raise OptionError(f"span = {span!r}: must have {begin:g} inside, where the start is")
     points: list[Point[State]] = []
@@ -122,7 +150,7 @@ def whole_curve(
         first = first_point(problem, state, begin, sign)
         half = [first]
         turns: list[Event[State]] = []
-        for segment in trace(problem, first, span, steps, unstable):
+        for segment in follow(problem, first, span, steps=steps, unstable=unstable):
             half.append(segment.end)
             turns.extend(segment.events)
             closed = segment.last == "closed"
@@ -151,8 +179,7 @@ def whole_curve(
 
 def _above(problem: Problem[State], point: Point[State], scene: Scene) -> float:
     """The height above the mean of both clamps."""
-    lift = scene.preset.get("lift", 0.0) + scene.drives.lift * point.parameter
-    return problem.observe(point.state, point.parameter)[0] - 0.5 * lift
+    return problem.observe(point.state, point.parameter)[0] - float(scene.clamps_height(point.parameter))
 
 
 def _landing(
@@ -199,15 +226,19 @@ def _ramp_events(
     result: list[Event[State]] = []
     seeking = False
     # the curve may wander far back before it reaches the next stable sheet
-    for segment in trace(problem, point, (-scene.reach_towards(-1.0), scene.reach_towards(1.0)), steps):
+    ends = (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
+    whole = (
+        trace(problem, point, ends, steps) if far is not None else as_far(problem, point, ends, scene, steps)
+    )
+    for segment in whole:
         if seeking:
             reached = result[-1].point
-            ends = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
-            if segment.end.index or ends[0] * ends[1] > 0.0:
+            beyond = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]
+            if segment.end.index or beyond[0] * beyond[1] > 0.0:
                 continue
             if _above(problem, reached, scene) * _landing(problem, segment, reached, scene, steps) < 0.0:
                 break
-            if ends[1] < ends[0]:
+            if beyond[1] < beyond[0]:
                 raise SolverError(
                     f"the stable sheet beyond the fold at {reached.parameter:.6g} is met backwards; "
                     "its folds are in `equilibria`"
@@ -225,9 +256,9 @@ def _ramp_events(
                 and segment.start.rate * segment.end.rate < 0.0
             ):
                 # the curve ends in another one, on which the state stays stable
-                beyond = _along(problem, event, sign * min(0.01, limit))
-                if beyond is not None and problem.linearise(*beyond).index == 0:
-                    return (*result, *_ramp_events(problem, *beyond, scene, steps))
+                onward = _along(problem, event, sign * min(0.01, limit))
+                if onward is not None and problem.linearise(*onward).index == 0:
+                    return (*result, *_ramp_events(problem, *onward, scene, steps))
             result.append(event)
             if event.kind != "fold":
                 return tuple(result)

@@ -168,10 +168,10 @@ def equilibria(
     """The connected curve of equilibria through the start state, for controls in `span`.
 
     Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
-    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve climbs through ever
-    higher modes: it ends with the first state of more than `unstable` unstable directions.
+    angles, 30 EI2/L^2 of forces, .98 of what the chord allows of lengths: by default these go towards a taut
+    ribbon as far as the mesh follows it.  The curve climbs through ever higher modes: it ends with the first
+    state of more than `unstable` unstable directions.
     """
     problem, start = named(scene, elements, extensible)
-    span = span or span_of(scene)
-    curve = whole_curve(problem, start, span, steps, unstable, scene.begin)
-    return curve.as_branch(scene, options_given(span=span), "elastica", problem.arclength)
+    curve = whole_curve(problem, start, span, scene, steps, unstable)
+    return curve.as_branch(scene, options_given(span=span or span_of(scene)), "elastica", problem.arclength)

@@ -12,6 +12,7 @@ Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -182,13 +183,13 @@ def equilibria(
     """The connected curve of equilibria through the start state, for controls in `span`.
 
     Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
-    angles, 30 EI2/L^2 of forces, and what the chord allows of lengths.  The curve ends with the first
-    state of more than `unstable` unstable directions.
+    angles, 30 EI2/L^2 of forces, .98 of what the chord allows of lengths: by default these go towards a taut
+    ribbon as far as the mesh follows it.  The curve ends with the first state of more than `unstable`
+    unstable directions.
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    span = span or span_of(scene)
-    curve = whole_curve(problem, start, span, steps or steps_for(scene), unstable, scene.begin)
-    return curve.as_branch(scene, options_given(span=span), "kirchhoff", problem.arclength)
+    curve = whole_curve(problem, start, span, scene, steps or steps_for(scene), unstable)
+    return curve.as_branch(scene, options_given(span=span or span_of(scene)), "kirchhoff", problem.arclength)
 
 
 @checked
@@ -283,6 +284,21 @@ def _landing(
     return passed, None
 
 
+def _pass(
+    scene: Scene, angle: float, mesh: dict[str, Any], steps: Steps | None
+) -> tuple[Scene, Statics, Point[Frames]]:
+    """The saddle between U+S- and U- at an angle: it lies on the sheet that U+S- meets at its fold."""
+    if scene.planar:
+        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
+    scene = replace(scene, start="U+S-")
+    problem, start = states.named(scene, **mesh)
+    passed, point = _landing(problem, start, angle, 1, steps or steps_for(scene))
+    if point is None or point.index != 1 or angle > passed[0].point.parameter:
+        fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
+        raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+    return scene, problem, point
+
+
 @checked
 def saddle(
     scene: Scene,
@@ -309,14 +325,7 @@ def saddle(
     SolverError
         If there is no such saddle at the angle.
     """
-    if scene.planar:
-        raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
-    scene = replace(scene, start="U+S-")
-    problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    passed, point = _landing(problem, start, angle, 1, steps or steps_for(scene))
-    if point is None or point.index != 1 or angle > passed[0].point.parameter:
-        fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
-        raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+    scene, problem, point = _pass(scene, angle, checked_mesh(elements, extensible), steps)
     return _rest(problem, point.state, angle, 1, scene)
 
 
@@ -326,8 +335,9 @@ def skipping_bound(
 ) -> float:
     """Energy of U+S+ at its fold alpha_c1 over that of the saddle to U- at the same angle, in EI2/L.
 
-    Where it is negative a ribbon that leaves the fold at rest cannot pass the saddle, so that
-    U+S- is not skipped for its energy alone ("type 1" in the paper's section 7).
+    Of the weight and the force at midspan too.  Where it is negative a ribbon that leaves the fold at rest
+    cannot pass the saddle, so that U+S- is not skipped for its energy alone ("type 1" in the paper's
+    section 7).
 
     Parameters and errors as in `saddle`.
     """
@@ -338,5 +348,5 @@ def skipping_bound(
     if not result:
         raise SolverError("U+S+ has no fold within a turn of the clamp, so that there is nothing to compare")
     first = result[0].point
-    pass_ = saddle(scene, first.parameter, elements=elements, extensible=extensible, steps=steps)
-    return problem.energy(first.state) - pass_.energy
+    _, _, least = _pass(scene, first.parameter, mesh, steps)
+    return problem.potential(first.state) - problem.potential(least.state)

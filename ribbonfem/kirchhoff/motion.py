@@ -25,8 +25,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ribbonfem.continuation import at_parameter, first_point, trace
-from ribbonfem.continuation.curves import steps_for
+from ribbonfem.continuation import at_parameter, first_point
+from ribbonfem.continuation.curves import as_far, steps_for
 from ribbonfem.ends import moving
 from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import History, RestState, snaps_since
@@ -136,16 +136,20 @@ def simulate(
 def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: bool) -> float:
     """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
 
-    -inf if there is none: nothing is then decided early.
+    -inf if there is none, and where a force acts at midspan, whose energy the loop does not know: nothing is
+    then decided early.
     """
     problem, state = states.named(scene, elements=elements, extensible=extensible)
+    if scene.controls(angle)["force"]:
+        return -np.inf
     steps, span = steps_for(scene), (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
     if scene.clamps_turn:
         span = (-3.0, 3.0)
     energies = []
     for sign in (-1.0, 1.0):
-        for segment in trace(problem, first_point(problem, state, scene.begin, sign), span, steps):
+        first = first_point(problem, state, scene.begin, sign)
+        for segment in as_far(problem, first, span, scene, steps):
             ends = segment.start.parameter - angle, segment.end.parameter - angle
             if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
-                energies.append(problem.energy(at_parameter(problem, segment, angle, steps).state))
+                energies.append(problem.potential(at_parameter(problem, segment, angle, steps).state))
     return min(energies, default=-np.inf)

@@ -224,6 +224,13 @@ class Statics:
             density += stretch**2 / self.compliance
         return 0.5 * float(np.sum(self.tables.weights * density))
 
+    def potential(self, state: Frames) -> float:
+        """That and the energy of the weight and of the force at midspan: what is least at rest."""
+        _, stretched = self.strains(state)
+        # int w . r ds + f . r(1/2), by parts
+        acting = np.einsum("ek,ekb,ekb->", self.tables.weights, self.loads(state.at), stretched)
+        return self.energy(state) - float(acting)
+
     def positions(self, state: Frames, parameter: float) -> Array:
         """Node positions (nodes, 3) in L."""
         return self._integral(self.strains(state)[1])
