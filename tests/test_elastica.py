@@ -23,7 +23,7 @@ from ribbonfem.elements.lobatto import ElementLineLobatto
 from ribbonfem.ends import moving
 from ribbonfem.ends.planar import Rig
 from ribbonfem.jit.decorator import compiled
-from ribbonfem.jit.groups import in_fours
+from ribbonfem.jit.groups import in_groups
 from ribbonfem.jit.simd import load, store
 from ribbonfem.options import OptionError
 from ribbonfem.results import SolverError
@@ -145,12 +145,12 @@ class Case:
         self.r, self.phi, self.known = rng.normal(size=(26, 2)), rng.normal(size=26), rng.normal(size=(26, 2))
         self.n = rng.normal(size=(5, P, 2))
         self.u = self.state(self.r, self.phi, self.n)
-        self.known_rows = in_fours(np.concatenate([self.known[nodes, c] for c in (0, 1)], axis=1))
+        self.known_rows = in_groups(np.concatenate([self.known[nodes, c] for c in (0, 1)], axis=1))
 
     def state(self, r, phi, n):
         nodes = self.problem.nodes
         parts = (r[nodes, 0], r[nodes, 1], phi[nodes], n.reshape(5, -1))
-        return in_fours(np.concatenate(parts, axis=1))
+        return in_groups(np.concatenate(parts, axis=1))
 
     def summed(self, rows):
         """Rows (G, ROWS, WIDTH), a share of every element, as (26, 2), (26,) and (5, P, 2) of the whole."""

@@ -10,7 +10,7 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, delay, elastica, kirchhoff
 from ribbonfem.kirchhoff import discretisation, initial_states, states
 from ribbonfem.kirchhoff.kernels import condensed, energies, tangent
-from ribbonfem.kirchhoff.kernels.batch import in_fours
+from ribbonfem.kirchhoff.kernels.batch import in_groups
 from ribbonfem.kirchhoff.kernels.residual import residual
 from ribbonfem.kirchhoff.kernels.rod import solver
 from ribbonfem.options import OptionError
@@ -73,9 +73,9 @@ def rotated(g, psi):
 ELEMENTS = 6
 
 
-def one_by_one(fours):
+def one_by_one(groups):
     """Values (groups, ..., 4) as (elements, ...)."""
-    return np.moveaxis(fours, -1, 1).reshape(-1, *fours.shape[1:-1])[:ELEMENTS]
+    return np.moveaxis(groups, -1, 1).reshape(-1, *groups.shape[1:-1])[:ELEMENTS]
 
 
 def random_rod(extensible):
@@ -95,15 +95,15 @@ def random_rod(extensible):
 def test_residual_is_the_derivative_of_the_energy(extensible):
     rod, x, g, n, rng = random_rod(extensible)
     memory, force = solver(ELEMENTS), rng.normal(size=x.shape)
-    residual(rod, memory, x, g, in_fours(n), force)
+    residual(rod, memory, x, g, in_groups(n), force)
     gaps = one_by_one(memory.fn)
     # of bending, twist and stretch: with n.(r' - t), which the constraint makes c (n.t)^2, left out
     gap = np.sum(gaps * n)
     pulled = functional(rod, x[:, :3], g, n) - gap
-    assert energies.elastic_energy(rod, memory, g, in_fours(n)) == pytest.approx(pulled, rel=1e-12)
+    assert energies.elastic_energy(rod, memory, g, in_groups(n)) == pytest.approx(pulled, rel=1e-12)
     # the clamp moves its own node, whose inertia is not the ribbon's
     held = memory.fp[0, :3] - [rod.inertia[0, 3] * force[0, 3], 0.0, 0.0]
-    assert np.allclose(energies.clamp_moment(rod, g, in_fours(n), 0, 0), held, rtol=1e-12)
+    assert np.allclose(energies.clamp_moment(rod, g, in_groups(n), 0, 0), held, rtol=1e-12)
     r, zero = x[:, :3].astype(complex), np.zeros((len(g), 3), dtype=complex)
     step = 1e-30j
     for i in range(len(g)):
@@ -130,13 +130,13 @@ def test_condensed_solution_inverts_the_second_derivative(extensible):
     rod, x, g, n, rng = random_rod(extensible)
     sigma = 3e3
     memory = solver(ELEMENTS)
-    tangent.fill(rod, memory, g, in_fours(n), sigma, False)
+    tangent.fill(rod, memory, g, in_groups(n), sigma, False)
     condensed.factorise(memory)
     inner = slice(1, len(g) - 1)
     solutions, loads = [], []
     for _ in range(4):
         loads.append([rng.normal(size=(len(g), 3)), rng.normal(size=(len(g), 3)), rng.normal(size=n.shape)])
-        memory.fr[:, :3], memory.fp[:, :3], memory.fn[:] = *loads[-1][:2], in_fours(loads[-1][2])
+        memory.fr[:, :3], memory.fp[:, :3], memory.fn[:] = *loads[-1][:2], in_groups(loads[-1][2])
         condensed.solve(rod, memory, sigma)
         solutions.append([memory.fr[:, :3].copy(), memory.fp[:, :3].copy(), one_by_one(memory.fn)])
         assert np.all(memory.fr[[0, -1], :3] == 0)

@@ -10,8 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from ribbonfem.jit import simd as lanes
-from ribbonfem.jit import simd_arrays, simd_vectors
+from ribbonfem.jit import simd, simd_arrays, simd_vectors
 from ribbonfem.jit.decorator import compiled
 
 RNG = np.random.default_rng(3)
@@ -71,17 +70,17 @@ def test_each_place_is_its_own(operation):
 
 @compiled()
 def _everything(rows, out, numbers):
-    a, b, c, d = lanes.transposed(
-        lanes.load(rows, (0,)), lanes.load(rows, (1,)), lanes.load(rows, (2,)), lanes.load(rows, (3,))
+    a, b, c, d = simd.transposed(
+        simd.load(rows, (0,)), simd.load(rows, (1,)), simd.load(rows, (2,)), simd.load(rows, (3,))
     )
-    lanes.store(out, (0,), a)
-    lanes.store(out, (1,), b)
-    lanes.store(out, (2,), lanes.larger(c, d))
-    lanes.store(out, (3,), lanes.root(d * d))
-    lanes.store(out, (4,), lanes.spread(2.5))
+    simd.store(out, (0,), a)
+    simd.store(out, (1,), b)
+    simd.store(out, (2,), simd.larger(c, d))
+    simd.store(out, (3,), simd.root(d * d))
+    simd.store(out, (4,), simd.spread(2.5))
     for i in range(4):
-        numbers[i] = lanes.lane(a, i)
-    return lanes.all_below(a, 1.0), lanes.all_below(a, 1e3)
+        numbers[i] = simd.lane(a, i)
+    return simd.all_below(a, 1.0), simd.all_below(a, 1e3)
 
 
 def _expected(rows):
@@ -144,14 +143,14 @@ def test_a_motion_is_the_same_with_the_compiler_switched_off():
 
 @compiled()
 def _shifted(a, out):
-    lanes.store_from(out, (0, 1), 2.0 * lanes.load_from(a, (1, 3)))
+    simd.store_from(out, (0, 1), 2.0 * simd.load_from(a, (1, 3)))
 
 
 @pytest.mark.parametrize("kernel", [_shifted, _shifted.py_func])
 def test_four_in_a_row_from_any_place_on(kernel, monkeypatch):
     if kernel is not _shifted:
         for name in ("load_from", "store_from"):
-            monkeypatch.setattr(lanes, name, getattr(simd_arrays, name))
+            monkeypatch.setattr(simd, name, getattr(simd_arrays, name))
     a, out = np.arange(20.0).reshape(2, 10), np.zeros((2, 8))
     kernel(a, out)
     assert out.tolist() == [[0, 26, 28, 30, 32, 0, 0, 0], [0] * 8]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ribbonfem.continuation.vibration import lowest_squares
 from ribbonfem.elements.lobatto import lobatto_points
-from ribbonfem.jit.groups import groups_of, in_fours
+from ribbonfem.jit.groups import groups_of, in_groups
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
 from ribbonfem.results import Array
@@ -46,7 +46,7 @@ def _constants(elements: int) -> dict[str, Array]:
         "bending": mesh.bending,
         "share": (inside / mesh.lumps[1:P]) @ inside.T,
         "mass": mesh.lumps,
-        "light": 1.0 / mesh.lumps,
+        "inverse_mass": 1.0 / mesh.lumps,
         "inside": mesh.coupling / mesh.lumps,
         "slopes": elements * by_powers @ np.linalg.inv(points**powers),
         "real": real.reshape(-1, WIDTH),
@@ -57,7 +57,7 @@ def _constants(elements: int) -> dict[str, Array]:
 
 def discretised(problem: Statics) -> Beam:
     """The beam as arrays for the compiled time loop."""
-    natural = in_fours(problem.rig.curvature[:, :, None])
+    natural = in_groups(problem.rig.curvature[:, :, None])
     return Beam(
         **_constants(problem.elements),
         weight=problem.rig.weight,
@@ -73,8 +73,8 @@ def discretised(problem: Statics) -> Beam:
 
 
 def _once(table: Array) -> Array:
-    """`in_fours`, with nothing where there is no element."""
-    whole = in_fours(table)
+    """`in_groups`, with nothing where there is no element."""
+    whole = in_groups(table)
     whole[-1, ..., (len(table) - 1) % WIDTH + 1 :] = 0.0
     return whole
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ribbonfem.continuation import equilibrium
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
-from ribbonfem.jit.groups import in_fours
+from ribbonfem.jit.groups import in_groups
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
 from ribbonfem.options import refuse
@@ -30,12 +30,12 @@ def at_rest(problem: Statics, state: _State) -> Array:
     x[-1], z[-1] = problem.chord - controls[COMPRESSION], controls[LIFT]
     force = problem.force(state).reshape(problem.elements, 2 * P)
     nodes = problem.nodes
-    return in_fours(np.concatenate((x[nodes], z[nodes], state.phi[nodes], force), axis=1))
+    return in_groups(np.concatenate((x[nodes], z[nodes], state.phi[nodes], force), axis=1))
 
 
 def in_rows(problem: Statics, field: Array) -> Array:
     """Rates (G, PHI, WIDTH) of a field (nodes, 2) along x and z."""
-    return in_fours(np.concatenate((field[problem.nodes, 0], field[problem.nodes, 1]), axis=1))
+    return in_groups(np.concatenate((field[problem.nodes, 0], field[problem.nodes, 1]), axis=1))
 
 
 def of(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]:

@@ -23,7 +23,7 @@ def groups_of(elements: int) -> int:
     return -(-elements // WIDTH)
 
 
-def in_fours(table: Array) -> Array:
+def in_groups(table: Array) -> Array:
     """A table (E, ...) as (G, ..., WIDTH)."""
     elements = len(table)
     which = np.minimum(np.arange(WIDTH * groups_of(elements)), elements - 1)

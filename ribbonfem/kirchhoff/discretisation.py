@@ -11,8 +11,8 @@ from ribbonfem.scene import Scene
 
 from . import initial_states
 from .kernels import condensed, tangent
-from .kernels.batch import in_fours
-from .kernels.rod import Four, P, Rod, solver
+from .kernels.batch import in_groups
+from .kernels.rod import GroupTables, P, Rod, solver
 from .problem import Frames, Statics
 
 # 1/t*^2; the lowest frequencies squared are some hundreds
@@ -28,8 +28,8 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
     coupling = tables.weights[:, :, None] * tables.slope
     inside = coupling[:, :, 1:p]
     share = np.einsum("eki,eli,ei->ekl", inside, inside, 1.0 / mass[:, 1:p])
-    fours = map(in_fours, (tables.slope, tables.weights, coupling, share, mass))
-    natural = in_fours(problem.natural)
+    grouped = map(in_groups, (tables.slope, tables.weights, coupling, share, mass))
+    natural = in_groups(problem.natural)
     offset = np.concatenate((natural, np.zeros_like(natural[:, :, :1])), axis=2)
     retardation = scene.ribbon.retardation / problem.unit
     return Rod(
@@ -37,7 +37,7 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
         slope=tables.slope,
         weights=tables.weights,
         coupling=np.ascontiguousarray(coupling),
-        four=Four(*fours),
+        groups=GroupTables(*grouped),
         inertia=inertia,
         spin=scene.ribbon.rotary_inertia,
         gyroscopic=gyroscopic,
@@ -45,12 +45,12 @@ def discretised(problem: Statics, scene: Scene, gyroscopic: bool = False) -> Rod
         stiffness=problem.stiffness.copy(),
         compliance=np.array([problem.compliance]),
         offset=offset,
-        uneven=scene.ribbon.shaped or retardation > 0.0,
+        has_offset=scene.ribbon.shaped or retardation > 0.0,
         elastic=np.append(problem.stiffness, problem.compliance),
         natural=natural,
         retardation=retardation,
         weight=np.append(problem.ends.weight, 0.0),
-        heavy=bool(problem.ends.weight.any()),
+        has_weight=bool(problem.ends.weight.any()),
     )
 
 

@@ -15,7 +15,7 @@ from ribbonfem.stepping.kernels import arrays as clocks
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
-from .kernels.batch import in_fours
+from .kernels.batch import in_groups
 from .problem import Frames, Statics
 
 
@@ -34,7 +34,7 @@ def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Mo
         a=np.zeros_like(x),
         auxiliary=np.zeros_like(x),
         g=state.g.copy(),
-        n=in_fours(state.force + problem.loads(state.at)),
+        n=in_groups(state.force + problem.loads(state.at)),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
         strain=arrays.strains(elements, retards),
@@ -90,7 +90,7 @@ def _let_go(problem: Statics, frames: Frames, scene: Scene, state: RestState) ->
         extensible=problem.extensible,
     )
     # (the stretch is that of the force that was there)
-    motion.n[:] = in_fours(frames.force + held.loads(state.control))
+    motion.n[:] = in_groups(frames.force + held.loads(state.control))
     motion.x[1:-1, :3] = state.positions[1:-1] - state.positions[0]
     return motion
 

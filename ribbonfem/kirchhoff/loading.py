@@ -43,9 +43,9 @@ class Loading(Statics):
         """As of `Statics`, of a share of the natural shape."""
         return parameter * self.natural
 
-    def unbent_fours(self, parameter: float) -> Array:
-        """The same for four elements at a time."""
-        return parameter * self._natural_fours
+    def unbent_groups(self, parameter: float) -> Array:
+        """The same for groups of elements."""
+        return parameter * self._natural_groups
 
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
         """As of `Statics`; the derivative in the share by central differences: it predicts, and no more."""

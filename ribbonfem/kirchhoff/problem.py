@@ -29,7 +29,7 @@ from ribbonfem.scene import Ribbon
 
 from .frames import about, directors, tangents_of
 from .kernels import statics as kernels
-from .kernels.batch import in_fours
+from .kernels.batch import in_groups
 
 # Fold angles converge with the tenth power of the mesh; lower degrees are slower at equal error.
 DEGREE = 5
@@ -77,16 +77,16 @@ class Statics:
         self.ends = ends
         self.ribbon = ribbon
         self.tables: LineTables = line_tables(elements, degree)
-        # the same for four elements at a time
-        self.slope, self.weights = in_fours(self.tables.slope), in_fours(self.tables.weights)
+        # the same for groups of elements
+        self.slope, self.weights = in_groups(self.tables.slope), in_groups(self.tables.weights)
         self.stiffness = np.array([ribbon.twist_ratio, 1.0, ribbon.bending_ratio])
         self.compliance = 1.0 / ribbon.stretch_ratio if extensible else 0.0
         self.extensible = extensible
         curvature, twist = ribbon.natural(self.tables.points)
         # of the body strains (tau, -kappa2, kappa1)
         self.natural = np.stack((twist, -curvature, np.zeros_like(twist)), axis=-1)
-        self._natural_fours = in_fours(self.natural)
-        self._no_loads = np.zeros_like(self._natural_fours)
+        self._natural_groups = in_groups(self.natural)
+        self._no_loads = np.zeros_like(self._natural_groups)
         self.loaded = ends.pushes
         self.unit = ribbon.inertial_time
         self.spin = ribbon.rotary_inertia
@@ -131,9 +131,9 @@ class Statics:
         """(elements, p, 3) strains (tau, -kappa2, kappa1) of the unloaded ribbon at the Gauss points."""
         return self.natural
 
-    def unbent_fours(self, parameter: float) -> Array:
-        """The same for four elements at a time."""
-        return self._natural_fours
+    def unbent_groups(self, parameter: float) -> Array:
+        """The same for groups of elements."""
+        return self._natural_groups
 
     def crosses_plane(self, null: Array) -> bool:
         """Whether a change of the unknowns leaves the plane y = 0."""
@@ -168,13 +168,13 @@ class Statics:
         residual, column, *parts = kernels.linearised(
             state.g,
             state.force,
-            in_fours(self.loads(parameter)) if self.loaded else self._no_loads,
+            in_groups(self.loads(parameter)) if self.loaded else self._no_loads,
             self.tables.value,
             self.slope,
             self.weights,
             self.stiffness,
             self.compliance,
-            self.unbent_fours(parameter),
+            self.unbent_groups(parameter),
             ends.poses(parameter)[1],
             ends.force(parameter)[1],
         )

@@ -21,7 +21,7 @@ _ROUNDS = 3
 
 
 def _areas(points: Array) -> Array:
-    """(nodes - 1,) area between cross-sections (nodes, lanes, 3), of two triangles a quad."""
+    """(nodes - 1,) area between cross-sections (nodes, places, 3), of two triangles a quad."""
     a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
     twice = np.linalg.norm(np.cross(b - a, c - a), axis=-1) + np.linalg.norm(np.cross(c - a, d - a), axis=-1)
     return np.asarray(0.5 * twice.sum(axis=1))
@@ -34,8 +34,8 @@ def _surface(strip: Strip, frame: int) -> tuple[Array, Array]:
     the centreline, and sweeps (W tau)^2 / 24 too much: up to 2 % of W L in a snap. Quads between points of a
     curved surface leave out a part in a thousand. The width is what makes up for both.
     """
-    lanes = np.linspace(-strip.half, strip.half, _ACROSS + 1)
-    across = lanes[None, :, None] * strip.width[frame, :, None]
+    places = np.linspace(-strip.half, strip.half, _ACROSS + 1)
+    across = places[None, :, None] * strip.width[frame, :, None]
     centre = strip.centre[frame, :, None]
     flat = 2.0 * strip.half * np.diff(strip.s)
     points = centre + across

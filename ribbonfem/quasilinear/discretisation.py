@@ -41,7 +41,7 @@ def discretised(problem: Statics) -> beam.Beam:
         mass=mass,
         middle=mesh.middle[0].copy(),
         height=mesh.height[: mesh.count].copy(),
-        weight=problem.heavy,
+        weight=problem.weight_load,
         bent=problem.bent,
         own=problem.own,
         scale=problem.scale,

@@ -80,8 +80,8 @@ class Statics:
         self.weight = np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
         self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
         # loads of the weight and the natural curvature, and the energy of this in the straight beam
-        self.heavy = rig.weight[1] / self.scale * self.mesh.weight
-        self.bent, self.own = np.zeros_like(self.heavy), 0.0
+        self.weight_load = rig.weight[1] / self.scale * self.mesh.weight
+        self.bent, self.own = np.zeros_like(self.weight_load), 0.0
         if scene.ribbon.shaped:
             self.bent = self.mesh.curvature.T @ (self.mesh.shares * rig.curvature) / self.scale
             self.own = 0.5 * float(self.mesh.shares @ rig.curvature**2) / self.compression
@@ -94,7 +94,7 @@ class Statics:
     def _loads(self, controls: Array, share: float) -> Array:
         """(n + 4,) of the force at midspan, and a share of the others."""
         push = controls[PUSH] / self.scale
-        loads: Array = share * (self.heavy + self.bent) - push * self.mesh.middle[0]
+        loads: Array = share * (self.weight_load + self.bent) - push * self.mesh.middle[0]
         return loads
 
     @property

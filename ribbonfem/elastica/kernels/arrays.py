@@ -99,27 +99,27 @@ def scratch(elements: int, stages: int, retards: bool, past: int = 0) -> Scratch
     """Memory for a mesh and a method, which looks back on so many steps."""
     groups = groups_of(elements)
 
-    def four(*shape: int) -> Array:
+    def zeros(*shape: int) -> Array:
         return np.zeros((*shape, WIDTH))
 
     return Scratch(
-        u=four(groups, ROWS),
-        v=four(groups, PHI),
-        a=four(groups, PHI),
-        rp=four(groups, PHI),
-        vp=four(groups, PHI),
-        known=four(groups, PHI),
-        stage_v=four(stages, groups, PHI),
-        stage_a=four(stages, groups, PHI),
+        u=zeros(groups, ROWS),
+        v=zeros(groups, PHI),
+        a=zeros(groups, PHI),
+        rp=zeros(groups, PHI),
+        vp=zeros(groups, PHI),
+        known=zeros(groups, PHI),
+        stage_v=zeros(stages, groups, PHI),
+        stage_a=zeros(stages, groups, PHI),
         known_time=np.zeros(MEMORY),
-        known_u=four(MEMORY, groups, ROWS),
+        known_u=zeros(MEMORY, groups, ROWS),
         lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),
         strain=strains(elements, retards),
         strain_rate=strains(elements, retards),
         known_strain=strains(elements, retards),
-        middle=four(groups, ROWS),
-        past=four(past, groups, PHI),
+        middle=zeros(groups, ROWS),
+        past=zeros(past, groups, PHI),
         past_time=np.zeros(past),
         out=np.zeros(2),
         stage_strain_rate=np.zeros((stages, *strains(elements, retards).shape)),

@@ -20,9 +20,9 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, greatest, larger, load, spread, store, summed
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.allowed_error import allowed_error
 from ribbonfem.stepping.kernels.arrays import GAINED, TIME
 from ribbonfem.stepping.kernels.guess import MEMORY
-from ribbonfem.stepping.kernels.slow import allowed
 
 from . import condensed, tangent
 from .arrays import KNOWN, POINTS, Motion, Moving, Scratch
@@ -59,7 +59,7 @@ def residual(model: Moving, sigma: float) -> None:
     sigma is twice d(mean inertial force)/d(position) per mass.
     """
     beam, s, t, y = model.beam, model.solver, model.scratch, model.motion
-    rest, points, soft = s.rest, s.points, beam.compliance[0]
+    rest, points, compliance = s.rest, s.points, beam.compliance[0]
     for group in range(rest.shape[0]):
         for k in range(P):
             first, bent0, _, _ = interpolated(beam.value, beam.coupling, y.u, group, k)
@@ -73,11 +73,11 @@ def residual(model: Moving, sigma: float) -> None:
             _, across = resolved(t.u, group, k, cos, sin)
             weight = beam.weights[k]
             # the mean axial force, and that of the end which makes it
-            stretch = weight * (1.0 + soft * (start + end - before))
+            stretch = weight * (1.0 + compliance * (start + end - before))
             store(rest, (group, FORCE + 2 * k), x - stretch * cos1)
             store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin1)
             store(points, (0, k), moment_of(beam, group, k, (0.5 / weight) * (bent0 + bent1)))
-            mean = weight * (1.0 + (0.5 * soft) * (start + end))
+            mean = weight * (1.0 + (0.5 * compliance) * (start + end))
             store(points, (1, k), mean * _sinc(0.5 * (last - first)) * across)
         for i in range(P + 1):
             x = z = moment = spread(0.0)
@@ -247,6 +247,6 @@ def error_by_means(y: Motion, t: Scratch, clock: Array, h: float) -> float:
             early = (rate - (b - load(t.past, (third, group, row))) * (1.0 / h3)) * (1.0 / (h2 + h3))
             change = late - early
             largest = larger(largest, change * change)
-    error = 0.5 * h * h * h * math.sqrt(greatest(largest)) / ((h1 + h2 + h3) * allowed(speed))
+    error = 0.5 * h * h * h * math.sqrt(greatest(largest)) / ((h1 + h2 + h3) * allowed_error(speed))
     easy = abs(h1 - span * h) < 1e-2 * h1 and t.out[OUT_NEWTON] <= EASY
     return error if easy else -error

@@ -41,9 +41,9 @@ class Beam(NamedTuple):
 
     value (P, P + 1), shape functions at the Gauss points; weights (P,); coupling (P, P + 1) = weights times
     derivatives of the shape functions; bending (P + 1, P + 1), int N_i' N_j'; share (P, P), the coupling of
-    n with itself through the inner x at unit inertia; mass (P + 1,), lumps, light, one over them, and inside
-    (P, P + 1), coupling over them; slopes (P + 1, P + 1), derivatives at the nodes; real (G, WIDTH), 1
-    where there is an element and 0 elsewhere; middle (G, P + 1, WIDTH), by which nodal values are one at
+    n with itself through the inner x at unit inertia; mass (P + 1,), lumps, inverse_mass, one over them, and
+    inside (P, P + 1), coupling over them; slopes (P + 1, P + 1), derivatives at the nodes; real (G, WIDTH),
+    1 where there is an element and 0 elsewhere; middle (G, P + 1, WIDTH), by which nodal values are one at
     midspan, and push, the same over the lumps; weight (2,), along x and z (EI2/L^3); chord, 1 - dL/L without
     the compression added; elements, their number.
 
@@ -58,7 +58,7 @@ class Beam(NamedTuple):
     bending: Array
     share: Array
     mass: Array
-    light: Array
+    inverse_mass: Array
     inside: Array
     slopes: Array
     real: Array
@@ -99,16 +99,16 @@ def solver(elements: int) -> Solver:
     """Memory for a mesh."""
     groups = groups_of(elements)
 
-    def four(*shape: int) -> Array:
+    def zeros(*shape: int) -> Array:
         return np.zeros((*shape, WIDTH))
 
     return Solver(
-        local=four(groups, SIZE, SIZE),
+        local=zeros(groups, SIZE, SIZE),
         own=np.zeros((elements + 1, THREE, THREE)),
         next=np.zeros((elements + 1, THREE, THREE)),
         right=np.zeros((elements + 1, THREE)),
-        local_right=four(groups, SIZE),
-        pivots=four(groups, SIZE),
-        rest=four(groups, ROWS),
-        points=four(2, P + 1),
+        local_right=zeros(groups, SIZE),
+        pivots=zeros(groups, SIZE),
+        rest=zeros(groups, ROWS),
+        points=zeros(2, P + 1),
     )

@@ -175,7 +175,7 @@ def _hand_out(beam: Beam, s: Solver, group: int, sigma: float) -> None:
     store(rest, (group, PHI), load(f, (group, 4)))
     store(rest, (group, PHI + P), load(f, (group, 5)))
     for i in range(1, P):
-        lump = beam.light[i]
+        lump = beam.inverse_mass[i]
         x, z = lump * load(rest, (group, i)), lump * load(rest, (group, Z + i))
         for k in range(P):
             x += beam.inside[k, i] * load(f, (group, N0 + 2 * k))

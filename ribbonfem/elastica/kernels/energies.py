@@ -122,7 +122,7 @@ def power(beam: Beam, u: Array, v: Array, controls: Array, nu: float) -> float:
 def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
     """Elastic energy and mean compressive force of a state."""
     elastic = force = spread(0.0)
-    firm = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
+    axial_stiffness = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
     for group in range(u.shape[0]):
         share = pull = spread(0.0)
         for k in range(P):
@@ -132,7 +132,7 @@ def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
             along, _ = resolved(u, group, k, cos, sin)
             curved = bent * (1.0 / weight) - load(beam.natural, (group, k, 0))
             longer = stretch_of(beam, group, k, along) - 1.0
-            share += weight * (curved * curved + firm * longer * longer)
+            share += weight * (curved * curved + axial_stiffness * longer * longer)
             pull += weight * load(u, (group, FORCE + 2 * k))
         real = load(beam.real, (group,))
         elastic += real * share

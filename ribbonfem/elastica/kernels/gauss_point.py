@@ -60,12 +60,12 @@ def resolved(u: Array, group: int, k: int, cos: Value, sin: Value) -> tuple[Valu
 
 @compiled(**INLINED)
 def point_hessian(
-    stretch: Value, soft: float, cos: Value, sin: Value, along: Value, across: Value
+    stretch: Value, compliance: float, cos: Value, sin: Value, along: Value, across: Value
 ) -> tuple[Value, Value, Value]:
     """Of -n . t - c (n . t)^2 / 2: twice in phi, and in phi and each component of n; by a weight with it in
     the stretch and in c.
     """
-    turn = soft * across
+    turn = compliance * across
     return (
         along * stretch - turn * across,
         sin * stretch - turn * cos,

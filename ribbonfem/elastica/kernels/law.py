@@ -72,12 +72,12 @@ def keep_strains(beam: Beam, t: Scratch, f: float) -> None:
 @compiled(**OPTIONS)
 def viscous_loss(beam: Beam, rate: Array) -> float:
     """Power that strain rates take: the sum of stiffness x retardation x rate^2."""
-    firm = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
+    axial_stiffness = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
     total = spread(0.0)
     for group in range(rate.shape[0]):
         share = spread(0.0)
         for k in range(P):
             bent, longer = load(rate, (group, k, 0)), load(rate, (group, k, 1))
-            share += beam.weights[k] * (beam.elastic[0] * bent * bent + firm * longer * longer)
+            share += beam.weights[k] * (beam.elastic[0] * bent * bent + axial_stiffness * longer * longer)
         total += load(beam.real, (group,)) * share
     return beam.retardation * summed(total)

@@ -13,6 +13,7 @@ from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import greatest, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.allowed_error import allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     MEAN,
@@ -26,7 +27,6 @@ from ribbonfem.stepping.kernels.arrays import (
 from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
-from ribbonfem.stepping.kernels.slow import allowed
 from ribbonfem.stepping.kernels.strains import know_strains
 
 from . import average_vector_field as means
@@ -326,7 +326,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 for j in range(m.stages):
                     change += m.error[j] * load(t.stage_v, (j, group, row))
             largest, fastest = larger(largest, change * change), larger(fastest, v * v)
-    return h * math.sqrt(greatest(largest)) / allowed(math.sqrt(greatest(fastest)))
+    return h * math.sqrt(greatest(largest)) / allowed_error(math.sqrt(greatest(fastest)))
 
 
 @compiled(**OPTIONS)

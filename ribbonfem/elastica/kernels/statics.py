@@ -23,7 +23,7 @@ def _assemble(
     weights: Array,
     coupling: Array,
     bending: Array,
-    soft: float,
+    compliance: float,
     ends: Array,
     band: Array,
     border: Array,
@@ -38,7 +38,7 @@ def _assemble(
     phi: (nodes,) angles.
     force: (2,), n at the right clamp.
     carried: (elements, P, 6), n by the loads and the natural curvature, and their changes with the parameter.
-    value, weights, coupling, bending, soft: see `beam.Beam`.
+    value, weights, coupling, bending, compliance: see `beam.Beam`.
     ends: (2,) changes of phi of the left and of the right clamp with the parameter.
     band: (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border: (2, m); corner: (2, 2).
     residual, column: (m + 2,), the gradient, its last rows without the chord, and its change with the
@@ -62,8 +62,8 @@ def _assemble(
             cos, sin, weight = math.cos(angle), math.sin(angle), weights[k]
             nx, nz = force[0] + carried[e, k, 0], force[1] + carried[e, k, 1]
             along, across = nx * cos + nz * sin, nz * cos - nx * sin
-            stretch = weight * (1.0 + soft * along)
-            axial = weight * soft
+            stretch = weight * (1.0 + compliance * along)
+            axial = weight * compliance
             curved = along * stretch - axial * across * across
             bx = sin * stretch - axial * across * cos
             bz = -cos * stretch - axial * across * sin
@@ -121,7 +121,7 @@ def linearised(
     weights: Array,
     coupling: Array,
     bending: Array,
-    soft: float,
+    compliance: float,
     ends: Array,
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, int]:
     """Residual and its change with the parameter, the tangent, and what `banded.factored` makes of it."""
@@ -136,7 +136,7 @@ def linearised(
         weights,
         coupling,
         bending,
-        soft,
+        compliance,
         ends,
         band,
         border,

@@ -31,11 +31,11 @@ def _fill_force(
     cos: Value,
     sin: Value,
     by_turn: tuple[Value, Value],
-    soft: float,
+    compliance: float,
 ) -> None:
     """The rows of n at a Gauss point: with itself, and with phi, `by_turn` a unit."""
     local, row = s.local, N0 + 2 * k
-    axial = -soft * beam.weights[k]
+    axial = -compliance * beam.weights[k]
     increase(local, (group, row, row), axial * cos * cos)
     increase(local, (group, row + 1, row), axial * cos * sin)
     increase(local, (group, row + 1, row + 1), axial * sin * sin)
@@ -98,7 +98,7 @@ def fill(beam: Beam, s: Solver, u: Array, sigma: float, impulsive: bool) -> None
 
     `impulsive`: that of the hidden constraints, in which stiffness plays no part.
     """
-    soft = beam.compliance[0]
+    compliance = beam.compliance[0]
     for group in range(s.local.shape[0]):
         _fill_ends(beam, s, group, sigma)
         for k in range(P):
@@ -109,9 +109,9 @@ def fill(beam: Beam, s: Solver, u: Array, sigma: float, impulsive: bool) -> None
             stretch = weight * stretch_of(beam, group, k, along)
             if impulsive:
                 by_turn = sin * stretch, -1.0 * (cos * stretch)
-                _fill_force(beam, s, group, k, cos, sin, by_turn, STIFF if soft > 0.0 else 0.0)
+                _fill_force(beam, s, group, k, cos, sin, by_turn, STIFF if compliance > 0.0 else 0.0)
             else:
-                curved, bx, bz = point_hessian(stretch, weight * soft, cos, sin, along, across)
+                curved, bx, bz = point_hessian(stretch, weight * compliance, cos, sin, along, across)
                 store(s.points, (0, k), curved)
-                _fill_force(beam, s, group, k, cos, sin, (bx, bz), soft)
+                _fill_force(beam, s, group, k, cos, sin, (bx, bz), compliance)
         _fill_turns(beam, s, group, impulsive)

@@ -99,19 +99,19 @@ def scratch(elements: int, stages: int, retards: bool = False) -> Scratch:
     """Memory for a mesh and a method, and the strains of a rod that retards."""
     nodes = elements * P + 1
 
-    def four() -> Array:
+    def zeros() -> Array:
         return np.zeros((nodes, 4))
 
     return Scratch(
-        xp=four(),
-        vp=four(),
+        xp=zeros(),
+        vp=zeros(),
         tp=np.zeros((nodes, 3)),
-        x=four(),
-        v=four(),
-        a=four(),
-        g=four(),
+        x=zeros(),
+        v=zeros(),
+        a=zeros(),
+        g=zeros(),
         n=np.zeros((groups_of(elements), P, 3, WIDTH)),
-        force=four(),
+        force=zeros(),
         tangent=np.zeros((nodes, 3)),
         turning=np.zeros((nodes, 3)),
         stage_v=np.zeros((stages, nodes, 4)),

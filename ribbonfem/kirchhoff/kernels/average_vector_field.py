@@ -26,7 +26,7 @@ from ribbonfem.stepping.kernels.guess import MEMORY
 from .arrays import KNOWN, POINTS, SIGMA, Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .condensed import solve
-from .gauss_point import bend, interpolated_fours, tangent_of
+from .gauss_point import bend, interpolated_group, tangent_of
 from .law import offset_at
 from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
 from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia
@@ -51,7 +51,7 @@ SHARE = (5.0 / 18.0, 5.0 / 18.0, 8.0 / 18.0)
 @compiled(**INLINED)
 def _direction(rod: Rod, s: Solver, group: int, k: int) -> Vector:
     """The unit tangent at a Gauss point, by s.frames."""
-    q, _ = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+    q, _ = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
     _, tangent = tangent_of(q)
     return tangent
 
@@ -65,14 +65,14 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
             for c in range(4):
                 path[i, c] = g0[i, c]
             rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
-        for group in range(rod.four.weights.shape[0]):
+        for group in range(rod.groups.weights.shape[0]):
             collect(path, group, last, P, s.frames)
             for k in range(P):
-                q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+                q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
                 x, y = load(s.local_right, (group, 3 * k)), load(s.local_right, (group, 3 * k + 1))
                 pull = x, y, load(s.local_right, (group, 3 * k + 2))
                 gq, gp, _, _ = bend(rod.stiffness, 0.0, offset_at(rod, group, k), q, p, pull)
-                put_gradients(s, k, SHARE[j] * load(rod.four.weights, (group, k)), gq, gp)
+                put_gradients(s, k, SHARE[j] * load(rod.groups.weights, (group, k)), gq, gp)
             add_moments(rod, s, group, last)
 
 
@@ -84,7 +84,7 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
     """
     put_inertia(rod, s, t.force)
     last = rod.weights.shape[0] - 1
-    for group in range(rod.four.weights.shape[0]):
+    for group in range(rod.groups.weights.shape[0]):
         collect(y.g, group, last, P, s.frames)
         for k in range(P):
             tangent = _direction(rod, s, group, k)
@@ -111,7 +111,7 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
 def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
     """Give t.n the axial force of the step's end, in a rod that stretches."""
     last = rod.weights.shape[0] - 1
-    for group in range(rod.four.weights.shape[0]):
+    for group in range(rod.groups.weights.shape[0]):
         collect(y.g, group, last, P, s.frames)
         for k in range(P):
             tangent = _direction(rod, s, group, k)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ribbonfem.jit.decorator import compiled
-from ribbonfem.jit.groups import INLINED, OPTIONS, groups_of, in_fours
+from ribbonfem.jit.groups import INLINED, OPTIONS, groups_of, in_groups
 from ribbonfem.jit.simd import WIDTH, load, store, transposed
 from ribbonfem.results import Array
 
@@ -17,7 +17,7 @@ __all__ = [
     "collect",
     "force_at",
     "groups_of",
-    "in_fours",
+    "in_groups",
     "of_nodes",
 ]
 
@@ -35,14 +35,14 @@ def of_nodes(array: Array, group: int, last: int, degree: int, i: int) -> tuple[
 
 
 @compiled(**INLINED)
-def collect(array: Array, group: int, last: int, degree: int, fours: Array) -> None:
-    """What array (nodes, 4) has at the nodes of a group, into fours (degree + 1, 4, WIDTH)."""
+def collect(array: Array, group: int, last: int, degree: int, values: Array) -> None:
+    """What array (nodes, 4) has at the nodes of a group, into values (degree + 1, 4, WIDTH)."""
     for i in range(degree + 1):
         a, b, c, d = of_nodes(array, group, last, degree, i)
-        store(fours, (i, 0), a)
-        store(fours, (i, 1), b)
-        store(fours, (i, 2), c)
-        store(fours, (i, 3), d)
+        store(values, (i, 0), a)
+        store(values, (i, 1), b)
+        store(values, (i, 2), c)
+        store(values, (i, 3), d)
 
 
 @compiled(**INLINED)

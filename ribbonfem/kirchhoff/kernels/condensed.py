@@ -147,7 +147,7 @@ def _right_hand_side(rod: Rod, s: Solver, group: int, last: int, sigma: float) -
         store(f, (group, i), zero)
     for i in range(1, P):
         a, b, c, _ = of_nodes(s.fr, group, last, P, i)
-        inverse = (1.0 / sigma) / load(rod.four.mass, (group, i))
+        inverse = (1.0 / sigma) / load(rod.groups.mass, (group, i))
         store(s.places, (i, 0), inverse * a)
         store(s.places, (i, 1), inverse * b)
         store(s.places, (i, 2), inverse * c)
@@ -158,7 +158,7 @@ def _right_hand_side(rod: Rod, s: Solver, group: int, last: int, sigma: float) -
     for k in range(P):
         x, y, z = -load(s.fn, (group, k, 0)), -load(s.fn, (group, k, 1)), -load(s.fn, (group, k, 2))
         for i in range(1, P):
-            coupling = load(rod.four.coupling, (group, k, i))
+            coupling = load(rod.groups.coupling, (group, k, i))
             x += coupling * load(s.places, (i, 0))
             y += coupling * load(s.places, (i, 1))
             z += coupling * load(s.places, (i, 2))
@@ -236,11 +236,11 @@ def _hand_out(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
     for i in range(1, P):
         x, y, z, _ = of_nodes(s.fr, group, last, P, i)
         for k in range(P):
-            coupling = load(rod.four.coupling, (group, k, i))
+            coupling = load(rod.groups.coupling, (group, k, i))
             x += coupling * load(f, (group, N0 + 3 * k))
             y += coupling * load(f, (group, N0 + 3 * k + 1))
             z += coupling * load(f, (group, N0 + 3 * k + 2))
-        inverse = (-1.0 / sigma) / load(rod.four.mass, (group, i))
+        inverse = (-1.0 / sigma) / load(rod.groups.mass, (group, i))
         add_to_nodes(s.fr, group, last, P, i, inverse * x, inverse * y, inverse * z, zero, False)
         row = TURN0 - 3 + 3 * i
         x, y, z = load(f, (group, row)), load(f, (group, row + 1)), load(f, (group, row + 2))

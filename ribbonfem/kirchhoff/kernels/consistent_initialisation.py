@@ -125,7 +125,7 @@ def _impulse_residual(
     axial = STIFF if rod.compliance[0] > 0.0 else 0.0
     rates = m.a if second else t.v
     last = rod.weights.shape[0] - 1
-    for place in range(WIDTH * rod.four.weights.shape[0]):
+    for place in range(WIDTH * rod.groups.weights.shape[0]):
         # (places without an element repeat the last one's gaps, and add no forces)
         e, real = min(place, last), place <= last
         group, lane = place // WIDTH, place % WIDTH

@@ -10,7 +10,7 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import REACTIONS
 
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import bend, body, interpolated, interpolated_fours, strains_of, tangent_of
+from .gauss_point import bend, body, interpolated, interpolated_group, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 
@@ -18,23 +18,23 @@ from .rod import P, Rod, Solver
 def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     """Of bending, twist and stretch."""
     elements, total = rod.weights.shape[0], 0.0
-    for group in range(rod.four.weights.shape[0]):
+    for group in range(rod.groups.weights.shape[0]):
         collect(g, group, elements - 1, P, s.frames)
         share = spread(0.0)
         for k in range(P):
-            q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+            q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains_of(inverse, q, p)
             pull = dot(force_at(n, group, k), tangent)
             stretching = rod.compliance[0] * pull * pull
-            if rod.uneven:
+            if rod.has_offset:
                 x, y, z = force_at(rod.natural, group, k)
                 k1, k2, k3 = k1 - x, k2 - y, k3 - z
                 if rod.elastic[3] > 0.0:
                     strain = load(rod.offset, (group, k, 3)) + rod.compliance[0] * pull
                     stretching = strain * strain / rod.elastic[3]
             twice = rod.elastic[0] * k1 * k1 + rod.elastic[1] * k2 * k2 + rod.elastic[2] * k3 * k3
-            share += load(rod.four.weights, (group, k)) * (twice + stretching)
+            share += load(rod.groups.weights, (group, k)) * (twice + stretching)
         for place in range(min(WIDTH, elements - WIDTH * group)):
             total += 0.5 * lane(share, place)
     return total
@@ -44,7 +44,7 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
 def potential_energy(rod: Rod, x: Array) -> float:
     """Of the weight."""
     total = 0.0
-    if rod.heavy:
+    if rod.has_weight:
         for i in range(x.shape[0]):
             for c in range(3):
                 total -= rod.inertia[i, c] * rod.weight[c] * x[i, c]
@@ -60,7 +60,7 @@ def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
         q, p = interpolated(rod.value, rod.slope, e, k, g, P)
         force = n[group, k, 0, place], n[group, k, 1, place], n[group, k, 2, place]
         offset = (0.0, 0.0, 0.0), 0.0
-        if rod.uneven:
+        if rod.has_offset:
             o = rod.offset
             offset = (
                 (o[group, k, 0, place], o[group, k, 1, place], o[group, k, 2, place]),

@@ -49,7 +49,7 @@ def interpolated(
 
 
 @compiled(**INLINED)
-def interpolated_fours(
+def interpolated_group(
     value: Array, slope: Array, group: int, k: int, frames: Array, degree: int
 ) -> tuple[Quaternion, Quaternion]:
     """The same of a group: value (p, p + 1), slope (G, p, p + 1, WIDTH), frames (p + 1, 4, WIDTH)."""

@@ -16,7 +16,7 @@ from ribbonfem.stepping.kernels.strains import put_rates
 
 from .arrays import Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import Offset, interpolated, interpolated_fours, strains_of, tangent_of
+from .gauss_point import Offset, interpolated, interpolated_group, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 Value = Any
@@ -25,7 +25,7 @@ Value = Any
 @compiled(**INLINED)
 def offset_at(rod: Rod, group: int, k: int) -> Offset:
     """What the strains and the stretch of a group's Gauss point count from."""
-    if rod.uneven:
+    if rod.has_offset:
         x, y, z = force_at(rod.offset, group, k)
         return (x, y, z), load(rod.offset, (group, k, 3))
     zero = spread(0.0)
@@ -39,7 +39,7 @@ def put_strains(rod: Rod, s: Solver, g: Array, n: Array, strain: Array) -> None:
     for group in range(strain.shape[0]):
         collect(g, group, last, P, s.frames)
         for k in range(P):
-            q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+            q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains_of(inverse, q, p)
             store(strain, (group, k, 0), k1)
@@ -92,7 +92,7 @@ def viscous_loss(rod: Rod, rate: Array) -> float:
     for group in range(rate.shape[0]):
         share = spread(0.0)
         for k in range(P):
-            weight = load(rod.four.weights, (group, k))
+            weight = load(rod.groups.weights, (group, k))
             for c in range(3):
                 speed = load(rate, (group, k, c))
                 share += weight * (rod.elastic[c] * speed * speed)

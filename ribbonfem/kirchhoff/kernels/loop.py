@@ -14,6 +14,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.allowed_error import allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     GAINED,
@@ -29,7 +30,6 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.loop import loop_of
-from ribbonfem.stepping.kernels.slow import allowed
 from ribbonfem.stepping.kernels.strains import know_strains
 
 from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
@@ -240,14 +240,14 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     # (of positions, not of theta)
     error = max(lane(largest, 0), lane(largest, 1), lane(largest, 2))
     speed = max(lane(fastest, 0), lane(fastest, 1), lane(fastest, 2))
-    return h * math.sqrt(error) / allowed(math.sqrt(speed))
+    return h * math.sqrt(error) / allowed_error(math.sqrt(speed))
 
 
 @compiled(**OPTIONS)
 def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     """The same of a step by means."""
     error, speed = error_by_means(model.motion, model.scratch, model.motion.clock, h)
-    return error / allowed(speed)
+    return error / allowed_error(speed)
 
 
 @compiled(**OPTIONS)

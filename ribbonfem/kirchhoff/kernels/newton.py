@@ -131,7 +131,7 @@ def newton(
         _rates(t, g0, b, f)
         for k in range(t.force.size):
             t.force.flat[k] = t.a.flat[k] + nu * t.v.flat[k]
-        if rod.heavy:
+        if rod.has_weight:
             lighten(rod, t.force)
         residual(rod, s, t.x, t.g, t.n, t.force)
         s.fr[rod.middle, 2] += t.pose[PUSH]

@@ -16,7 +16,7 @@ from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, add_to_nodes, collect, force_at
-from .gauss_point import bend, body, interpolated_fours
+from .gauss_point import bend, body, interpolated_group
 from .law import offset_at
 from .rod import P, Rod, Solver
 
@@ -26,11 +26,11 @@ def put_gap(rod: Rod, s: Solver, group: int, k: int, stretch: Value, tangent: Ve
     """D r, of what s.places has, less a stretched tangent, into s.fn."""
     x = y = z = spread(0.0)
     for i in range(P + 1):
-        coupling = load(rod.four.coupling, (group, k, i))
+        coupling = load(rod.groups.coupling, (group, k, i))
         x += coupling * load(s.places, (i, 0))
         y += coupling * load(s.places, (i, 1))
         z += coupling * load(s.places, (i, 2))
-    stretch = load(rod.four.weights, (group, k)) * stretch
+    stretch = load(rod.groups.weights, (group, k)) * stretch
     store(s.fn, (group, k, 0), x - stretch * tangent[0])
     store(s.fn, (group, k, 1), y - stretch * tangent[1])
     store(s.fn, (group, k, 2), z - stretch * tangent[2])
@@ -56,7 +56,7 @@ def add_forces(rod: Rod, s: Solver, group: int, last: int, n: Array) -> None:
     for i in range(P + 1):
         x = y = z = zero
         for k in range(P):
-            coupling = load(rod.four.coupling, (group, k, i))
+            coupling = load(rod.groups.coupling, (group, k, i))
             x += coupling * load(n, (group, k, 0))
             y += coupling * load(n, (group, k, 1))
             z += coupling * load(n, (group, k, 2))
@@ -70,7 +70,7 @@ def add_moments(rod: Rod, s: Solver, group: int, last: int) -> None:
     for i in range(P + 1):
         f0 = f1 = f2 = f3 = zero
         for k in range(P):
-            value, slope = rod.value[k, i], load(rod.four.slope, (group, k, i))
+            value, slope = rod.value[k, i], load(rod.groups.slope, (group, k, i))
             f0 += value * load(s.gradients, (k, 0)) + slope * load(s.gradients, (k, 4))
             f1 += value * load(s.gradients, (k, 1)) + slope * load(s.gradients, (k, 5))
             f2 += value * load(s.gradients, (k, 2)) + slope * load(s.gradients, (k, 6))
@@ -94,16 +94,16 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
     """Residuals in s.fr, s.fp, s.fn, with inertial forces of `force` (nodes, 4) a mass."""
     put_inertia(rod, s, force)
     last = rod.weights.shape[0] - 1
-    for group in range(rod.four.weights.shape[0]):
+    for group in range(rod.groups.weights.shape[0]):
         collect(g, group, last, P, s.frames)
         collect(x, group, last, P, s.places)
         for k in range(P):
-            q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+            q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             offset = offset_at(rod, group, k)
             gq, gp, tangent, pull = bend(
                 rod.stiffness, rod.compliance[0], offset, q, p, force_at(n, group, k)
             )
             put_gap(rod, s, group, k, stretch_of(rod.compliance[0], offset[1], pull), tangent)
-            put_gradients(s, k, load(rod.four.weights, (group, k)), gq, gp)
+            put_gradients(s, k, load(rod.groups.weights, (group, k)), gq, gp)
         add_forces(rod, s, group, last, n)
         add_moments(rod, s, group, last)

@@ -39,7 +39,7 @@ PLACES = (6, *range(TURN0, SIZE, 3), 9)
 
 
 @by_reference
-class Four(NamedTuple):
+class GroupTables(NamedTuple):
     """Tables of the elements, four at a time.
 
     slope (G, P, P + 1, WIDTH), weights (G, P, WIDTH); coupling (G, P, P + 1, WIDTH) = weights slope;
@@ -58,19 +58,20 @@ class Four(NamedTuple):
 class Rod(NamedTuple):
     """The discretisation, see `LineTables`, the material and the loads.
 
-    value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope; four:
+    value (P, P + 1), slope (E, P, P + 1), weights (E, P); coupling (E, P, P + 1) = weights slope; groups:
     the same for groups; inertia (nodes, 4) of x; spin, J; gyroscopic, whether it turns with the tangent;
     middle, the node at midspan.  The law (`ribbonfem.material`): stiffness (3,) of (tau, -kappa2, kappa1) and
     compliance (1,), c, by which kernels take moments and stretch, offset (G, P, 4, WIDTH) of these strains
-    and of the stretch, which counts where `uneven`; elastic (4,), what of stiffness and c is elastic, natural
-    (G, P, 3, WIDTH), retardation in t*.  weight (4,) of the whole ribbon, which counts where `heavy`.
+    and of the stretch, which counts where `has_offset`; elastic (4,), what of stiffness and c is elastic,
+    natural (G, P, 3, WIDTH), retardation in t*.  weight (4,) of the whole ribbon, which counts where
+    `has_weight`.
     """
 
     value: Array
     slope: Array
     weights: Array
     coupling: Array
-    four: Four
+    groups: GroupTables
     inertia: Array
     spin: float
     gyroscopic: bool
@@ -78,12 +79,12 @@ class Rod(NamedTuple):
     stiffness: Array
     compliance: Array
     offset: Array
-    uneven: bool
+    has_offset: bool
     elastic: Array
     natural: Array
     retardation: float
     weight: Array
-    heavy: bool
+    has_weight: bool
 
 
 @by_reference
@@ -124,27 +125,27 @@ def solver(elements: int) -> Solver:
     """Memory for a mesh."""
     nodes, groups = elements * P + 1, groups_of(elements)
 
-    def four(*shape: int) -> Array:
+    def zeros(*shape: int) -> Array:
         return np.zeros((*shape, WIDTH))
 
     return Solver(
-        local=four(groups, SIZE, SIZE),
+        local=zeros(groups, SIZE, SIZE),
         own=np.zeros((elements + 1, SIX, SIX)),
         next=np.zeros((elements + 1, SIX, SIX)),
         right=np.zeros((elements + 1, SIX)),
-        local_right=four(groups, SIZE),
-        pivots=four(groups, SIZE),
+        local_right=zeros(groups, SIZE),
+        pivots=zeros(groups, SIZE),
         fr=np.zeros((nodes, 4)),
         fp=np.zeros((nodes, 4)),
-        fn=four(groups, P, 3),
-        frames=four(P + 1, 4),
-        places=four(P + 1, 4),
-        gradients=four(P, 8),
-        gradient=four(P + 1, 4),
-        hess=four(64),
-        of_q=four(P + 1, 16),
-        of_p=four(P + 1, 16),
-        pairs=four(P + 1, P + 1, 16),
-        columns=four(P + 1, 12),
+        fn=zeros(groups, P, 3),
+        frames=zeros(P + 1, 4),
+        places=zeros(P + 1, 4),
+        gradients=zeros(P, 8),
+        gradient=zeros(P + 1, 4),
+        hess=zeros(64),
+        of_q=zeros(P + 1, 16),
+        of_p=zeros(P + 1, 16),
+        pairs=zeros(P + 1, P + 1, 16),
+        columns=zeros(P + 1, 12),
         block=np.zeros((SIX, SIX)),
     )

@@ -22,7 +22,7 @@ from ribbonfem.linalg.banded import factors_of, solution
 from ribbonfem.results import Array
 
 from .batch import INLINED, collect, force_at
-from .gauss_point import interpolated, interpolated_fours, point_hessian, strains_of, stretched, tangent_of
+from .gauss_point import interpolated, interpolated_group, point_hessian, strains_of, stretched, tangent_of
 from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
 
 
@@ -188,7 +188,7 @@ def _assemble(
         for place in range(9):
             store(sums, (place,), spread(0.0))
         for k in range(points):
-            q, p = interpolated_fours(value, slope, group, k, frames, degree)
+            q, p = interpolated_group(value, slope, group, k, frames, degree)
             weight = load(weights, (group, k))
             x, y, z = force_at(loads, group, k)
             n = force[0] + x, force[1] + y, force[2] + z
@@ -203,8 +203,8 @@ def _assemble(
                 _add_change(change[1], share, i, 1, pulls)
                 _add_change(change[2], share, i, 2, pulls)
             add_pairs(value, slope, group, k, weight, hess, of_q, of_p, pairs, degree)
-        lanes = min(WIDTH, elements - WIDTH * group)
-        for lane in range(lanes):
+        used = min(WIDTH, elements - WIDTH * group)
+        for lane in range(used):
             place = 3
             for b in range(3):
                 residual[4 * inner + b] -= sums[b, lane]
@@ -221,7 +221,7 @@ def _assemble(
                 )
                 for c in range(3):
                     store(block, (3 * b + c,), turned(pulled, columns, i, c))
-            for lane in range(lanes):
+            for lane in range(used):
                 a = (WIDTH * group + lane) * degree + i - 1
                 if 0 <= a < inner:
                     _put_node(i, lane, a, gradient, block, border, residual)
@@ -236,13 +236,13 @@ def _assemble(
                     along = radial(gradient, frames, i)
                     for c in range(3):
                         increase(block, (4 * c,), -along)
-                for lane in range(lanes):
+                for lane in range(used):
                     first = (WIDTH * group + lane) * degree - 1
                     if first + j >= 0 and first + i < inner:
                         for u in range(3):
                             for c in range(3 if i != j else u + 1):
                                 band[3 * (first + j) + c, 3 * (i - j) + u - c] += block[3 * u + c, lane]
-        for lane in range(lanes):
+        for lane in range(used):
             e = WIDTH * group + lane
             _add_columns(pairs, pulls, sums, turning, push, e, lane, elements, degree, column)
     _keep_along_spheres(g, residual, column)

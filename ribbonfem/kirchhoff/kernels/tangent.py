@@ -15,7 +15,7 @@ from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import Rows, interpolated_fours, point_hessian, stretched
+from .gauss_point import Rows, interpolated_group, point_hessian, stretched
 from .law import offset_at
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
 from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
@@ -30,8 +30,8 @@ SMALL = 1e-7
 def _fill_row(rod: Rod, s: Solver, group: int, k: int, b: int, weight: Value, change: Quaternion) -> None:
     """Component b of n at a Gauss point, with positions and rotations; `change` is r' by the quaternion."""
     local, row = s.local, N0 + 3 * k + b
-    store(local, (group, row, b), load(rod.four.coupling, (group, k, 0)))
-    store(local, (group, row, 3 + b), load(rod.four.coupling, (group, k, P)))
+    store(local, (group, row, b), load(rod.groups.coupling, (group, k, 0)))
+    store(local, (group, row, 3 + b), load(rod.groups.coupling, (group, k, P)))
     for i in range(P + 1):
         place, value = PLACES[i], weight * (-rod.value[k, i])
         for c in range(3):
@@ -56,7 +56,7 @@ def _fill_gap(
     impulsive: bool,
 ) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations."""
-    local, row, weight = s.local, N0 + 3 * k, load(rod.four.weights, (group, k))
+    local, row, weight = s.local, N0 + 3 * k, load(rod.groups.weights, (group, k))
     axial = weight * (-((STIFF if rod.compliance[0] > 0.0 else 0.0) if impulsive else rod.compliance[0]))
     increase(local, (group, row, row), axial * t[0] * t[0])
     increase(local, (group, row + 1, row), axial * t[1] * t[0])
@@ -65,7 +65,7 @@ def _fill_gap(
     increase(local, (group, row + 2, row + 1), axial * t[2] * t[1])
     increase(local, (group, row + 2, row + 2), axial * t[2] * t[2])
     for l in range(k + 1):
-        share = load(rod.four.share, (group, k, l)) * (-1.0 / sigma)
+        share = load(rod.groups.share, (group, k, l)) * (-1.0 / sigma)
         for b in range(3):
             increase(local, (group, row + b, N0 + 3 * l + b), share)
     change = stretched(n, stretch, 0.0 if impulsive else rod.compliance[0], t, dt)
@@ -107,29 +107,29 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     collect(g, group, rod.weights.shape[0] - 1, P, s.frames)
     fill_columns(s.frames, 0.5, s.columns, P)
     for k in range(P):
-        q, p = interpolated_fours(rod.value, rod.four.slope, group, k, s.frames, P)
+        q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
         force = force_at(n, group, k)
         offset = offset_at(rod, group, k)
         gq, gp, t, pull, dt = point_hessian(rod.stiffness, rod.compliance[0], offset, q, p, force, s.hess)
         stretch = stretch_of(rod.compliance[0], offset[1], pull)
         _fill_gap(rod, s, group, k, force, stretch, t, dt, sigma, impulsive)
         if not impulsive:
-            weight = load(rod.four.weights, (group, k))
+            weight = load(rod.groups.weights, (group, k))
             for i in range(P + 1):
-                slope = load(rod.four.slope, (group, k, i))
+                slope = load(rod.groups.slope, (group, k, i))
                 add_gradient(rod.value, k, i, slope, weight, (gq, gp), s.gradient)
-            add_pairs(rod.value, rod.four.slope, group, k, weight, s.hess, s.of_q, s.of_p, s.pairs, P)
+            add_pairs(rod.value, rod.groups.slope, group, k, weight, s.hess, s.of_q, s.of_p, s.pairs, P)
     if not impulsive:
         _fill_turns(s, group)
     for i in range(P + 1):
-        mass, row = load(rod.four.mass, (group, i)) * sigma, PLACES[i]
+        mass, row = load(rod.groups.mass, (group, i)) * sigma, PLACES[i]
         increase(s.local, (group, row, row), rod.spin * mass)
         if impulsive:
             increase(s.local, (group, row + 1, row + 1), SMALL * mass)
             increase(s.local, (group, row + 2, row + 2), SMALL * mass)
     for b in range(3):
-        increase(s.local, (group, b, b), load(rod.four.mass, (group, 0)) * sigma)
-        increase(s.local, (group, 3 + b, 3 + b), load(rod.four.mass, (group, P)) * sigma)
+        increase(s.local, (group, b, b), load(rod.groups.mass, (group, 0)) * sigma)
+        increase(s.local, (group, 3 + b, 3 + b), load(rod.groups.mass, (group, P)) * sigma)
 
 
 @compiled(**OPTIONS)
@@ -138,5 +138,5 @@ def fill(rod: Rod, s: Solver, g: Array, n: Array, sigma: float, impulsive: bool)
 
     `impulsive`: that of the hidden constraints, in which stiffness plays no part.
     """
-    for group in range(rod.four.weights.shape[0]):
+    for group in range(rod.groups.weights.shape[0]):
         _fill_group(rod, s, group, g, n, sigma, impulsive)

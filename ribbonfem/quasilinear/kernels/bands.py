@@ -22,19 +22,27 @@ def add_product(band: Array, factor: float, x: Array, y: Array) -> None:
 
 @compiled(**OPTIONS)
 def add_three(
-    k: Array, g: Array, m: Array, firm: float, load: float, z: Array, more: Array, rest: Array, row: Array
+    k: Array,
+    g: Array,
+    m: Array,
+    stiffening: float,
+    load: float,
+    z: Array,
+    more: Array,
+    rest: Array,
+    row: Array,
 ) -> None:
-    """rest += (firm K - load G) z + M more, row += G z, of three bands at once."""
+    """rest += (stiffening K - load G) z + M more, row += G z, of three bands at once."""
     n = z.shape[0]
     for i in range(n):
-        rest[i] += (firm * k[0, i] - load * g[0, i]) * z[i] + m[0, i] * more[i]
+        rest[i] += (stiffening * k[0, i] - load * g[0, i]) * z[i] + m[0, i] * more[i]
         row[i] += g[0, i] * z[i]
     for d in range(1, k.shape[0]):
         for i in range(n - d):
-            rest[i] += (firm * k[d, i] - load * g[d, i]) * z[i + d] + m[d, i] * more[i + d]
+            rest[i] += (stiffening * k[d, i] - load * g[d, i]) * z[i + d] + m[d, i] * more[i + d]
             row[i] += g[d, i] * z[i + d]
         for i in range(n - d):
-            rest[i + d] += (firm * k[d, i] - load * g[d, i]) * z[i] + m[d, i] * more[i]
+            rest[i + d] += (stiffening * k[d, i] - load * g[d, i]) * z[i] + m[d, i] * more[i]
             row[i + d] += g[d, i] * z[i]
 
 

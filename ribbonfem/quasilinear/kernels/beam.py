@@ -76,7 +76,7 @@ class Scratch(NamedTuple):
     stands against sigma z in the inertia; pulled, G e; given, the forces of ends and loads on the free dofs;
     row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; more, column:
     (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse;
-    firm (1,), by how much the beam that retards is stiffer to a stage's displacements.
+    stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements.
     """
 
     z: Array
@@ -104,7 +104,7 @@ class Scratch(NamedTuple):
     lagrange: Array
     controls: Array
     jumps: Array
-    firm: Array
+    stiffening: Array
 
 
 @by_reference
@@ -150,5 +150,5 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),
         jumps=np.zeros(ENDS),
-        firm=np.ones(1),
+        stiffening=np.ones(1),
     )

@@ -7,6 +7,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.allowed_error import allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     HEIGHT,
@@ -23,7 +24,6 @@ from ribbonfem.stepping.kernels.arrays import (
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY, put_weights
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
-from ribbonfem.stepping.kernels.slow import allowed
 
 from . import consistent_initialisation
 from .bands import dot
@@ -167,7 +167,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 change += m.error[j] * t.stage_v[j, k]
         error = max(error, beam.height[k] * abs(change))
         speed = max(speed, beam.height[k] * abs(t.v[k]))
-    return h * error / allowed(beam.scale * speed)
+    return h * error / allowed_error(beam.scale * speed)
 
 
 @compiled(**OPTIONS)

@@ -86,7 +86,7 @@ def give(beam: Beam, t: Scratch, nu: float) -> None:
 def give_retarded(beam: Beam, t: Scratch, b: float, f: float) -> None:
     """Add to t.given what a stage knows of the viscous moments; z counts the more for the rest of them."""
     share = f / b
-    t.firm[0] = 1.0 + beam.retardation * share
+    t.stiffening[0] = 1.0 + beam.retardation * share
     for i in range(t.given.shape[0]):
         t.more[i] = t.vp[i] - share * t.rp[i]
     add_product(beam.stiffness.band, -beam.retardation, t.more, t.given)
@@ -102,7 +102,7 @@ def residual(model: Moving, sigma: float) -> None:
         t.more[i] = sigma * t.z[i] - t.known[i]
         t.rest[i] = -load * t.pulled[i] - t.given[i]
     k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
-    add_three(k, g, m, t.firm[0], load, t.z, t.more, t.rest, t.row)
+    add_three(k, g, m, t.stiffening[0], load, t.z, t.more, t.rest, t.row)
     corner = 0.0
     for c in range(ENDS):
         for d in range(ENDS):
@@ -118,7 +118,7 @@ def factorise(model: Moving, sigma: float) -> None:
     n, load = t.z.shape[0], t.load[0]
     for d in range(t.factors.shape[0]):
         for i in range(n):
-            bent = t.firm[0] * beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
+            bent = t.stiffening[0] * beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
             t.factors[d, i] = bent + sigma * beam.mass.band[d, i]
         for i in range(n, t.factors.shape[1]):
             t.factors[d, i] = 0.0

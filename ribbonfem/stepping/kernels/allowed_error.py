@@ -9,7 +9,7 @@ CREEP, LEAST = 0.1, 0.01
 
 
 @compiled(inline=True)
-def allowed(speed: float) -> float:
+def allowed_error(speed: float) -> float:
     """Part of the tolerance that a step may err by at a speed (L per t*).
 
     Errors made while it creeps towards a fold add up and shift the snap; those made while it rings do not.
