@@ -228,7 +228,7 @@ class Statics:
         """The inertial time t* in s, in which the whole ribbon weighs 1."""
         return self.rod.scene.ribbon.inertial_time
 
-    def momentum(self, state: RodState, velocity: Array, turning: float = 0.0) -> Array:
+    def momentum(self, state: RodState, velocity: Array, control_rate: float = 0.0) -> Array:
         """M v (n,) of rates (n,) of the free unknowns; the clamp's nodes move none of them."""
         return self.rod.inertia[self.rod.free] * velocity
 

@@ -174,8 +174,8 @@ class Branch(Controlled):
         return len(self.control)
 
     def __repr__(self) -> str:
-        turning = self.scene is None or self.scene.clamps_turn
-        name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
+        in_radians = self.scene is None or self.scene.clamps_turn
+        name, unit = ("alpha", "rad") if in_radians else ("control", self.scene.drives.unit)
         span = f"{name} {self.control.min():.4g} .. {self.control.max():.4g} {unit}" if len(self) else "empty"
         folds = ", ".join(f"{fold.control:.6g}" for fold in self.folds) or "none"
         return (

@@ -116,8 +116,8 @@ class History(Controlled):
         if not len(self):
             return f"History({self.model or 'any model'}, empty; {short_options(self.options)})"
         snap, leaves = self.snap, self.unstable_from
-        turning = self.scene is None or self.scene.clamps_turn
-        name, unit = ("alpha", "rad") if turning else ("control", self.scene.drives.unit)
+        in_radians = self.scene is None or self.scene.clamps_turn
+        name, unit = ("alpha", "rad") if in_radians else ("control", self.scene.drives.unit)
         share = self.stats.get("numerical_dissipation_share", 0.0)
         lost = self.stats.get("numerical_dissipation", 0.0)
         return (

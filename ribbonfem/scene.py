@@ -225,8 +225,6 @@ class Scene:
         """Whether the control is an angle of clamps that turn, and nothing else moves."""
         return self.drives.kind == "turn"
 
-    turning = clamps_turn  # its old name
-
     @property
     def begin(self) -> float:
         """Where the control is at the start."""

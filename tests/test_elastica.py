@@ -257,7 +257,7 @@ def test_velocities_at_the_kink_are_consistent(extensible):
         return np.stack([local[:, k : k + P + 1] for k in (0, Z)], axis=2)
 
     v, a = field(y.v), field(y.a)
-    rate = np.moveaxis(y.turning, 2, 1).reshape(8, -1)
+    rate = np.moveaxis(y.phi_rate, 2, 1).reshape(8, -1)
     assert rate[0, 0] == -spin
     _, cos, sin, along, _ = problem.section(state)
     stretch, value, slope = 1.0 + c * along, problem.tables.value, problem.tables.slope[0]
@@ -331,7 +331,7 @@ def test_velocities_of_every_control_are_consistent():
     t.controls[:4, 1:] = [[0.3, 0.1], [-0.4, 0.2], [0.5, 0.6], [0.7, -0.8]]
     loop._put_loads(model)
     consistent_initialisation.project(model.beam, model.solver, y, t, moving(turned), 0.5)
-    fields = [np.moveaxis(rows, 2, 1).reshape(-1, rows.shape[1])[:6] for rows in (y.v, y.a, y.turning)]
+    fields = [np.moveaxis(rows, 2, 1).reshape(-1, rows.shape[1])[:6] for rows in (y.v, y.a, y.phi_rate)]
     v, a = (np.stack([rows[:, k : k + P + 1] for k in (0, Z)], axis=2) for rows in fields[:2])
     assert np.array_equal(v[-1, P], [-0.5, 0.7])
     assert np.array_equal(a[-1, P], [-0.6, -0.8])

@@ -65,8 +65,8 @@ def test_velocities_at_the_kink_are_consistent(elements, degree):
     model = discretisation.MovingBeam(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     mesh, y, t = problem.mesh, model.motion, model.scratch
     n, spin, nu = mesh.count, -0.7, 0.9
-    turning = -spin * problem.scale
-    t.controls[0] = 0.0, turning, 0.0
+    rate = -spin * problem.scale
+    t.controls[0] = 0.0, rate, 0.0
     stage.set_ends(model.beam, t.controls, t.ends)
     impulse = consistent_initialisation.project(model.beam, y, t, moving(SCENE), nu)
     z, v, a = np.append(y.z, y.ends[0]), np.append(y.v, y.ends[1]), np.append(y.a, y.ends[2])
@@ -76,7 +76,7 @@ def test_velocities_at_the_kink_are_consistent(elements, degree):
     momentum = (mesh.mass @ v)[:n]
     assert np.abs(momentum - row * (row @ momentum) / (row @ row)).max() < 1e-12 * np.abs(momentum).max()
     assert abs(z @ mesh.tension @ v) < 1e-12
-    assert 0.5 * turning * impulse == pytest.approx(0.5 * v @ mesh.mass @ v, rel=1e-11)
+    assert 0.5 * rate * impulse == pytest.approx(0.5 * v @ mesh.mass @ v, rel=1e-11)
     # and the accelerations keep the length to second order
     assert abs(z @ mesh.tension @ a + v @ mesh.tension @ v) < 1e-9 * (v @ mesh.tension @ v)
     terms = mesh.mass @ (a + nu * v), mesh.stiffness @ z, y.load[0] * (mesh.tension @ z)

@@ -104,9 +104,9 @@ def inertia(history):
         v[[0, -1], 3] = rate * scene.drives.twist_left, rate * scene.drives.twist_right
         spin = (a[:, 3:] + nu * v[:, 3:]) * directors(kept["g"])[:, 2]
         if history.options["gyroscopic"]:
-            turning = kept["turning"].copy()
-            turning[[0, -1]] = (speed[1] - speed[0]) / 0.1, (speed[3] - speed[2]) / 0.1
-            spin += v[:, 3:] * turning
+            tangent_rate = kept["tangent_rate"].copy()
+            tangent_rate[[0, -1]] = (speed[1] - speed[0]) / 0.1, (speed[3] - speed[2]) / 0.1
+            spin += v[:, 3:] * tangent_rate
         return mass, kept["x"][:, :3], a[:, :3] + nu * v[:, :3], spin, mass
     if history.model == "elastica":
         count = history.options["elements"]

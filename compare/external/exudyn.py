@@ -214,10 +214,10 @@ class _Ribbon(_Model):
                 )
             )
         rate = scene.rate
-        turning = {"offsetUserFunction": lambda mbs, t, index, given: [0.0, 0.0, 0.0, 0.0, rate * t, 0.0]}
+        rotation = {"offsetUserFunction": lambda mbs, t, index, given: [0.0, 0.0, 0.0, 0.0, rate * t, 0.0]}
         right = [(1.0 - scene.compression) * length, -scene.shear * length, 0.0]
         clamps: list[tuple[Any, list[float], dict[str, Any]]] = [
-            (nodes[0], [0.0, 0.0, 0.0], turning),
+            (nodes[0], [0.0, 0.0, 0.0], rotation),
             (nodes[-1], right, {}),
         ]
         for node, position, given in clamps:

@@ -123,9 +123,9 @@ def _drawn(history: History | None, scene: Scene) -> dict[str, list[float]]:
     """Rows enough for a figure; none of a run that failed."""
     if history is None:
         return {}
-    turning = int(np.searchsorted(np.abs(history.angle), abs(scene.stop or 0.0)))
+    stopped = int(np.searchsorted(np.abs(history.angle), abs(scene.stop or 0.0)))
     last = len(history) - 1
-    rows = np.append(np.linspace(0, turning, 1500), np.linspace(turning, last, 1500))
+    rows = np.append(np.linspace(0, stopped, 1500), np.linspace(stopped, last, 1500))
     pick = np.unique(np.minimum(rows, last).astype(int))
     columns = {"time": history.time, "angle": history.angle, "height": history.height}
     return {name: values[pick].tolist() for name, values in columns.items()}

@@ -46,8 +46,8 @@ def place(rod, ends, control, motion, dq):
         for i in range(2):
             for c, direction in enumerate((math.cos(angle), 0.0, -math.sin(angle))):
                 dq[4 * i + c] = rod.arclength[i] * direction - x0[i, c]
-    turned = control - motion.clock[CONTROL]
-    dq[3] = m[TWIST_LEFT] * turned
+    moved = control - motion.clock[CONTROL]
+    dq[3] = m[TWIST_LEFT] * moved
     if moves_right(ends):
         nodes = x0.shape[0]
         angle = f[RIGHT] + m[RIGHT] * control
@@ -57,7 +57,7 @@ def place(rod, ends, control, motion, dq):
                 shift = f[k] + m[k] * control
                 there = ends.chord[c] + (shift if c == 2 else -shift)
                 dq[4 * i + c] = there + (rod.arclength[i] - 1.0) * direction - x0[i, c]
-        dq[4 * nodes - 5] = m[TWIST_RIGHT] * turned
+        dq[4 * nodes - 5] = m[TWIST_RIGHT] * moved
     motion.clock[PUSH] = push_at(ends, control)
 
 
@@ -109,11 +109,11 @@ def _change(rod, ends, i, control, rate, change, nu):
     """Acceleration of a clamped node, with nu times its velocity."""
     m = ends.moved
     left = i < 2
-    turned, slid = (LEFT, 0.0) if left else (RIGHT, 1.0)
-    angle, arm = ends.fixed[turned] + m[turned] * control, rod.arclength[i] - slid
+    which, slid = (LEFT, 0.0) if left else (RIGHT, 1.0)
+    angle, arm = ends.fixed[which] + m[which] * control, rod.arclength[i] - slid
     # (the right clamp turns the other way)
     up = -1.0 if left else 1.0
-    turn, speed = arm * m[turned] * (change + nu * rate), arm * (m[turned] * rate) ** 2
+    turn, speed = arm * m[which] * (change + nu * rate), arm * (m[which] * rate) ** 2
     shift = slid * (change + nu * rate)
     return (
         -math.sin(angle) * turn - math.cos(angle) * speed - shift * m[COMPRESSION],

@@ -22,8 +22,8 @@ class InertialProblem(Problem[State], Protocol):
         """The time, in s, that the mass is counted in."""
         ...
 
-    def momentum(self, state: State, velocity: Array, turning: float = 0.0) -> Array:
-        """M v of the unknowns' rates `velocity` (n,) while the parameter changes at the rate `turning`.
+    def momentum(self, state: State, velocity: Array, control_rate: float = 0.0) -> Array:
+        """M v of the unknowns' rates `velocity` (n,) while the control changes at `control_rate`.
 
         Zero for multipliers and what else has no mass.
         """

@@ -96,7 +96,7 @@ class MovingBeam:
             "v": np.zeros((groups, PHI, WIDTH)),
             "a": np.zeros((groups, PHI, WIDTH)),
             "auxiliary": np.zeros((groups, PHI, WIDTH)),
-            "turning": np.zeros((groups, P + 1, WIDTH)),
+            "phi_rate": np.zeros((groups, P + 1, WIDTH)),
             "strain": arrays.strains(elements, retards),
             "strain_rate": arrays.strains(elements, retards),
             "clock": clock,

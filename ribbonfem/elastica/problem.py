@@ -214,30 +214,31 @@ class Statics:
         nx, nz = np.moveaxis(self.force(state), 2, 0)
         return local @ self.tables.slope[0].T, cos, sin, nx * cos + nz * sin, nz * cos - nx * sin
 
-    def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+    def momentum(self, state: _State, velocity: Array, control_rate: float = 0.0) -> Array:
         """M v of rates of phi, n and the parameter: of the motion of r that follows, by the same unknowns."""
         tables, c = self.tables, self.compliance
-        moved, by_turn, tangent = self._moving(state, velocity, turning)
+        moved, by_turn, tangent = self._moving(state, velocity, control_rate)
         weights = tables.integral_adjoint(self.mass[:, None] * moved)
         share = np.einsum("ekb,ekb->ek", weights, by_turn)
         moment = np.bincount(self.nodes.ravel(), (share @ tables.value).ravel())
         force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
         return np.concatenate((moment[1:-1], force))
 
-    def moving(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+    def moving(self, state: _State, velocity: Array, control_rate: float = 0.0) -> Array:
         """Velocities (nodes, 2) along x and z, by rates of phi, n and the parameter."""
-        return self._moving(state, velocity, turning)[0]
+        return self._moving(state, velocity, control_rate)[0]
 
-    def _moving(self, state: _State, velocity: Array, turning: float) -> tuple[Array, Array, Array]:
+    def _moving(self, state: _State, velocity: Array, control_rate: float) -> tuple[Array, Array, Array]:
         """`moving`; and (elements, P, 2) at the Gauss points derivatives of r' in phi, and tangents."""
-        c, rig = self.compliance, self.rig
+        c = self.compliance
         _, cos, sin, along, across = self.section(state)
         tangent, normal = np.stack((cos, sin), axis=2), np.stack((-sin, cos), axis=2)
         by_turn = (1.0 + c * along)[:, :, None] * normal + (c * across)[:, :, None] * tangent
-        phi = np.concatenate(([-turning * rig.moves[LEFT]], velocity[:-2], [turning * rig.moves[RIGHT]]))
-        turn = phi[self.nodes] @ self.tables.value.T
-        longer = c * np.sum(tangent * (velocity[-2:] + turning * self._moves[:, :, :2]), axis=2)
-        moved = self.tables.integral(by_turn * turn[:, :, None] + tangent * longer[:, :, None])
+        ends = control_rate * self.rig.moves
+        phi = np.concatenate(([-ends[LEFT]], velocity[:-2], [ends[RIGHT]]))
+        at_points = phi[self.nodes] @ self.tables.value.T
+        longer = c * np.sum(tangent * (velocity[-2:] + control_rate * self._moves[:, :, :2]), axis=2)
+        moved = self.tables.integral(by_turn * at_points[:, :, None] + tangent * longer[:, :, None])
         return moved, by_turn, tangent
 
     def energy(self, state: _State) -> float:

@@ -256,13 +256,13 @@ class Statics:
         result = np.einsum("ik,eib->ekb", tables.partial[:-1], inside) / tables.elements
         return np.asarray(result + tables.weights[:, :, None] * beyond[:, None])
 
-    def momentum(self, state: Frames, velocity: Array, turning: float = 0.0) -> Array:
+    def momentum(self, state: Frames, velocity: Array, control_rate: float = 0.0) -> Array:
         """M v of rates of g, n and alpha: of the motion of r that follows, and of the spin about t.
 
         Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
         """
         tables, c = self.tables, self.compliance
-        moved, spin, bend, tangent = self._moving(state, velocity, turning)
+        moved, spin, bend, tangent = self._moving(state, velocity, control_rate)
         weights = self._integral_adjoint(self.mass[:, None] * moved)
         result = np.zeros_like(state.g)
         share = np.einsum("ekb,ekbc->ekc", weights, bend)
@@ -272,22 +272,24 @@ class Statics:
         force = c * np.einsum("ekb,ekb,ekd->d", weights, tangent, tangent)
         return np.concatenate((result[1:-1].ravel(), force))
 
-    def moving(self, state: Frames, velocity: Array, turning: float = 0.0) -> tuple[Array, Array]:
+    def moving(self, state: Frames, velocity: Array, control_rate: float = 0.0) -> tuple[Array, Array]:
         """Velocities (nodes, 3) and spins about the tangent (nodes,) by rates of g, n and alpha."""
-        return self._moving(state, velocity, turning)[:2]
+        return self._moving(state, velocity, control_rate)[:2]
 
     @property
     def _local(self) -> NDArray[np.int64]:
         degree = self.tables.degree
         return np.arange(self.tables.elements)[:, None] * degree + np.arange(degree + 1)
 
-    def _moving(self, state: Frames, velocity: Array, turning: float) -> tuple[Array, Array, Array, Array]:
+    def _moving(
+        self, state: Frames, velocity: Array, control_rate: float
+    ) -> tuple[Array, Array, Array, Array]:
         """`moving`, and at the Gauss points the derivatives of r' (elements, p, 3, 4), and the tangents."""
         tables, c = self.tables, self.compliance
         rate = np.zeros_like(state.g)
         rate[1:-1] = velocity[:-3].reshape(-1, 4)
-        rate[0] = turning * self.ends.left(state.at)[1]
-        rate[-1] = turning * self.ends.right(state.at)[1]
+        rate[0] = control_rate * self.ends.left(state.at)[1]
+        rate[-1] = control_rate * self.ends.right(state.at)[1]
         q = np.einsum("ki,eic->ekc", tables.value, state.g[self._local])
         change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
         tangent, derivative = tangents_of(q)
@@ -297,7 +299,7 @@ class Statics:
         bend = (1.0 + c * pull)[:, :, None, None] * derivative
         bend += c * tangent[:, :, :, None] * np.einsum("ekb,ekbc->ekc", forces, derivative)[:, :, None]
         points = tables.points[:, :, None]
-        pulled = velocity[-3:] + turning * (points < 0.5) * self.ends.force(state.at)[1]
+        pulled = velocity[-3:] + control_rate * (points < 0.5) * self.ends.force(state.at)[1]
         longer = c * np.einsum("ekb,ekb->ek", tangent, pulled)
         moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i

@@ -34,9 +34,11 @@ class _Stage:
 
     def __init__(self, strip: Strip, curve: Curve | None, history: History | Branch) -> None:
         self.strip = strip
-        turning = history.scene.clamps_turn
+        clamps_turn = history.scene.clamps_turn
         self.control_text = (
-            (lambda a: f"α = {a:.3f} rad") if turning else (lambda c: control_text(history.scene, c, ".3f"))
+            (lambda a: f"α = {a:.3f} rad")
+            if clamps_turn
+            else (lambda c: control_text(history.scene, c, ".3f"))
         )
         self.moves = isinstance(history, History)
         self.figure = blank(9.0, 4.5, dpi=100, layout=_as_placed())

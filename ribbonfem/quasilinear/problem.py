@@ -181,9 +181,9 @@ class Statics:
         squares = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, wanted - 1))
         return np.asarray(np.sqrt(squares) / self.unit)
 
-    def momentum(self, state: _State, velocity: Array, turning: float = 0.0) -> Array:
+    def momentum(self, state: _State, velocity: Array, control_rate: float = 0.0) -> Array:
         """M v of rates of the free dofs and of sigma^2, which has no mass; of alpha too."""
-        z = np.append(velocity[:-1], turning * self._moved)
+        z = np.append(velocity[:-1], control_rate * self._moved)
         return np.append((self.mesh.mass @ z)[self.free], 0.0)
 
     def energy(self, state: _State) -> float:

@@ -12,6 +12,8 @@ from ribbonfem.scene import Scene, SceneError
 from .kernels import arrays
 from .kernels.newton import ASSEMBLIES
 
+# of what files of the version before call "turning": what it is in each model
+_TURNING = {"kirchhoff": "tangent_rate", "elastica": "phi_rate"}
 # L and 1; clamps that are further apart do not fit
 FITS = 1e-8
 # counts of a run, and what its phases begin with
@@ -41,7 +43,8 @@ def require_history(
     if own != dict(mesh):
         has = ", ".join(f"{name}={value!r}" for name, value in own.items())
         refuse("initial", initial, f"its mesh has {has}; the same are needed")
-    return initial.resume
+    kept = initial.resume
+    return {**kept, _TURNING[model]: kept["turning"]} if "turning" in kept else kept
 
 
 def begun_again(clock: Array) -> Array:

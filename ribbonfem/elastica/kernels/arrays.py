@@ -25,14 +25,14 @@ CLOCK_SIZE = COMMON + 2
 class Motion(NamedTuple):
     """State at the last accepted instant: u (G, ROWS, WIDTH), see `beam`; v, a, auxiliary (G, PHI, WIDTH).
 
-    turning (G, P + 1, WIDTH), rates of phi at the last kink; strain and strain_rate, see `law`.
+    phi_rate (G, P + 1, WIDTH), rates of phi at the last kink; strain and strain_rate, see `law`.
     """
 
     u: Array
     v: Array
     a: Array
     auxiliary: Array
-    turning: Array
+    phi_rate: Array
     strain: Array
     strain_rate: Array
     clock: Array

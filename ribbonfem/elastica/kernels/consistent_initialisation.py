@@ -56,7 +56,7 @@ def _along_velocity(beam: Beam, v: Array, group: int, k: int) -> tuple[Value, Va
 def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> None:
     """What is left over of the constraints, in the rows of n of s.rest.
 
-    Rates of r and phi, and n, are in t.u; m.turning are the rates of phi found first.
+    Rates of r and phi, and n, are in t.u; m.phi_rate are the rates of phi found first.
     """
     axial = STIFF if beam.elastic[1] > 0.0 else 0.0
     for group in range(s.rest.shape[0]):
@@ -71,7 +71,7 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
             if second:
                 turn = spread(0.0)
                 for i in range(P + 1):
-                    turn += beam.value[k, i] * load(m.turning, (group, i))
+                    turn += beam.value[k, i] * load(m.phi_rate, (group, i))
                 vx, vz = _along_velocity(beam, m.v, group, k)
                 across += 2.0 * turn * (vx * cos + vz * sin)
                 back = turn * turn * stretch
@@ -163,7 +163,7 @@ def project(beam: Beam, s: Solver, m: Motion, t: Scratch, ends: Ends, nu: float)
     accelerations and forces that go with it.
     """
     m.clock[SIGMA] = 0.0
-    turning = m.turning
+    phi_rate = m.phi_rate
     fill(beam, s, m.u, 1.0, True)
     factorise(s)
     if beam.retardation > 0.0:
@@ -175,12 +175,12 @@ def project(beam: Beam, s: Solver, m: Motion, t: Scratch, ends: Ends, nu: float)
                 store(t.u, (group, row), load(m.a, (group, row)) if second else load(m.v, (group, row)))
             for i in range(P + 1):
                 if second:
-                    store(turning, (group, i), load(t.u, (group, PHI + i)))
+                    store(phi_rate, (group, i), load(t.u, (group, PHI + i)))
                 store(t.u, (group, PHI + i), spread(0.0))
             for row in range(FORCE, ROWS):
                 store(t.u, (group, row), load(m.u, (group, row)) if second else spread(0.0))
         if second and beam.retardation > 0.0:
-            put_strain_rates(beam, m.u, m.v, turning, m.strain_rate)
+            put_strain_rates(beam, m.u, m.v, phi_rate, m.strain_rate)
             know_rates(beam, m.strain_rate)
         set_turns(beam, t.controls, 2 if second else 1, t.u)
         set_places(beam, t.controls, 2 if second else 1, t.u)

@@ -46,15 +46,15 @@ def put_strains(beam: Beam, u: Array, strain: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def put_strain_rates(beam: Beam, u: Array, v: Array, turning: Array, rate: Array) -> None:
-    """Rates of the strains of a state whose nodes move by v (G, PHI, WIDTH) and turn by turning."""
+def put_strain_rates(beam: Beam, u: Array, v: Array, phi_rate: Array, rate: Array) -> None:
+    """Rates of the strains of a state whose nodes move by v (G, PHI, WIDTH) and turn by phi_rate."""
     for group in range(rate.shape[0]):
         for k in range(P):
             angle, _, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
             bent = x = z = spread(0.0)
             for i in range(P + 1):
-                bent += beam.coupling[k, i] * load(turning, (group, i))
+                bent += beam.coupling[k, i] * load(phi_rate, (group, i))
                 x += beam.coupling[k, i] * load(v, (group, i))
                 z += beam.coupling[k, i] * load(v, (group, Z + i))
             inverse = 1.0 / beam.weights[k]

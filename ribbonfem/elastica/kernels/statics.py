@@ -75,7 +75,7 @@ def _assemble(
             moment = bent / weight - carried[e, k, 2]
             # of loads that change with the parameter
             more_x, more_z = carried[e, k, 3], carried[e, k, 4]
-            turned = bx * more_x + bz * more_z
+            more_moment = bx * more_x + bz * more_z
             longer = axial * (cos * more_x + sin * more_z)
             column[inner] -= longer * cos
             column[inner + 1] -= longer * sin
@@ -84,7 +84,7 @@ def _assemble(
                 by_x, by_z = value[k, i] * bx, value[k, i] * bz
                 if 0 <= a < inner:
                     residual[a] += coupling[k, i] * moment - value[k, i] * stretch * across
-                    column[a] += value[k, i] * turned - coupling[k, i] * carried[e, k, 5]
+                    column[a] += value[k, i] * more_moment - coupling[k, i] * carried[e, k, 5]
                     border[0, a] += by_x
                     border[1, a] += by_z
                     for j in range(i, P + 1):

@@ -39,7 +39,7 @@ class Motion(NamedTuple):
     g: Array
     n: Array
     tangent: Array
-    turning: Array
+    tangent_rate: Array
     strain: Array
     strain_rate: Array
     clock: Array
@@ -59,16 +59,17 @@ class Scratch(NamedTuple):
     n: Array
     force: Array
     tangent: Array
-    turning: Array
+    tangent_rate: Array
     stage_v: Array
     stage_a: Array
-    stage_turning: Array
+    stage_tangent_rate: Array
     known_time: Array
     known_g: Array
     known_n: Array
     known_a: Array
     lagrange: Array
     spin: Array
+    known_spin: Array
     strain: Array
     strain_rate: Array
     known_strain: Array
@@ -113,16 +114,17 @@ def scratch(elements: int, stages: int, retards: bool = False) -> Scratch:
         n=np.zeros((groups_of(elements), P, 3, WIDTH)),
         force=zeros(),
         tangent=np.zeros((nodes, 3)),
-        turning=np.zeros((nodes, 3)),
+        tangent_rate=np.zeros((nodes, 3)),
         stage_v=np.zeros((stages, nodes, 4)),
         stage_a=np.zeros((stages, nodes, 4)),
-        stage_turning=np.zeros((stages, nodes, 3)),
+        stage_tangent_rate=np.zeros((stages, nodes, 3)),
         known_time=np.zeros(MEMORY),
         known_g=np.zeros((MEMORY, nodes, 4)),
         known_n=np.zeros((MEMORY, groups_of(elements), P, 3, WIDTH)),
         known_a=np.zeros((MEMORY, nodes, 4)),
         lagrange=np.zeros(GUESS),
         spin=np.zeros((nodes, 3)),
+        known_spin=np.zeros((nodes, 3)),
         strain=strains(elements, retards),
         strain_rate=strains(elements, retards),
         known_strain=strains(elements, retards),

@@ -58,16 +58,17 @@ def tangents(g: Array, tangent: Array) -> None:
 
 @compiled(**INLINED)
 def _frame_rates(
-    rod: Rod, e: int, k: int, g: Array, spin: Array, turning: Array
+    rod: Rod, e: int, k: int, g: Array, spin: Array, known_spin: Array
 ) -> tuple[Quaternion, Quaternion, Quaternion]:
     """Rates of the interpolated quaternion at a Gauss point of an element.
 
-    By `spin` (nodes, 3), g spin / 2 of each node, by `turning`, and by turning twice, -|turning|^2 g / 4.
+    By `spin` (nodes, 3), g spin / 2 of each node, by `known_spin`, and twice by it,
+    -|known_spin|^2 g / 4.
     """
     d = u = w = (0.0, 0.0, 0.0, 0.0)
     for i in range(P + 1):
         node, value = e * P + i, rod.value[k, i]
-        q, turn = quaternion(g, node), triple(turning, node)
+        q, turn = quaternion(g, node), triple(known_spin, node)
         d = mix4(d, 1.0, by_vector(q, triple(spin, node)), 0.5 * value)
         u = mix4(u, 1.0, by_vector(q, turn), 0.5 * value)
         w = mix4(w, 1.0, q, -0.25 * value * dot(turn, turn))
@@ -98,7 +99,7 @@ def _impulse_residual(
 ) -> None:
     """Residual of the hidden constraints, see `_project`; t.spin are the unknown rates of rotation.
 
-    First: v = t.v against `old`, impulses t.n.  Second: a = m.a, rates of m.v and t.turning (the
+    First: v = t.v against `old`, impulses t.n.  Second: a = m.a, rates of m.v and t.known_spin (the
     rates of rotation found first), forces t.n.
     """
     g = m.g
@@ -114,8 +115,8 @@ def _impulse_residual(
         if rod.gyroscopic:
             for i in range(1, nodes - 1):
                 factor = rod.inertia[i, 3] * m.v[i, 3]
-                s.fp[i, 1] += factor * t.turning[i, 2]
-                s.fp[i, 2] -= factor * t.turning[i, 1]
+                s.fp[i, 1] += factor * t.known_spin[i, 2]
+                s.fp[i, 2] -= factor * t.known_spin[i, 1]
     else:
         for i in range(nodes):
             for c in range(3):
@@ -131,7 +132,7 @@ def _impulse_residual(
         group, lane = place // WIDTH, place % WIDTH
         for k in range(P):
             q, _ = interpolated(rod.value, rod.slope, e, k, g, P)
-            d, u, w = _frame_rates(rod, e, k, g, t.spin, t.turning)
+            d, u, w = _frame_rates(rod, e, k, g, t.spin, t.known_spin)
             force = m.n[group, k, 0, lane], m.n[group, k, 1, lane], m.n[group, k, 2, lane]
             impulse = t.n[group, k, 0, lane], t.n[group, k, 1, lane], t.n[group, k, 2, lane]
             inverse, tangent = tangent_of(q)
@@ -210,7 +211,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) 
         for i in range(nodes):
             for c in range(3):
                 if second:
-                    t.turning[i, c] = t.spin[i, c]
+                    t.known_spin[i, c] = t.spin[i, c]
                 t.spin[i, c] = 0.0
             for c in range(4):
                 if not second:
@@ -220,7 +221,7 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) 
             t.v[nodes - 1, c] = t.pose[SPEED + c]
         if second and rod.retardation > 0.0:
             put_strains(rod, s, m.g, m.n, m.strain)
-            put_strain_rates(rod, m.g, m.v, t.turning, t.force, m.strain_rate)
+            put_strain_rates(rod, m.g, m.v, t.known_spin, t.force, m.strain_rate)
             know_rates(rod, m.strain_rate)
         for k in range(t.n.size):
             t.n.flat[k] = m.n.flat[k] if second else 0.0
@@ -259,6 +260,6 @@ def project(rod: Rod, s: Solver, m: Motion, t: Scratch, ends: Ends, ramp: Ramp) 
     tangents(m.g, m.tangent)
     for i in range(nodes):
         # t' = w3 m2' - w2 m3', the second and third axis of the body
-        turn = 0.0, t.turning[i, 2], -t.turning[i, 1]
-        put_triple(carried(quaternion(m.g, i), turn), m.turning, i)
+        turn = 0.0, t.known_spin[i, 2], -t.known_spin[i, 1]
+        put_triple(carried(quaternion(m.g, i), turn), m.tangent_rate, i)
     return impulse

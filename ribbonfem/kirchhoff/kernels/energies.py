@@ -103,10 +103,10 @@ def put_reactions(rod: Rod, g: Array, n: Array, pose: Array, nu: float, row: Arr
             for c in range(3):
                 row[at + c] += rod.inertia[node, c] * (pose[CHANGE + c] + nu * pose[SPEED + c])
         a, b, c = clamp_moment(rod, g, n, e, i)
-        turning = rod.inertia[node, 3] * pose[spin]
-        a += rod.inertia[node, 3] * pose[SPIN_RATE + 3 * clamp] + nu * turning
+        momentum = rod.inertia[node, 3] * pose[spin]
+        a += rod.inertia[node, 3] * pose[SPIN_RATE + 3 * clamp] + nu * momentum
         if rod.gyroscopic:
-            b, c = b + turning * pose[spin + 2], c - turning * pose[spin + 1]
+            b, c = b + momentum * pose[spin + 2], c - momentum * pose[spin + 1]
         moment = carried(quaternion(g, node), (a, b, c))
         row[at + 3], row[at + 4], row[at + 5] = moment
 

@@ -50,13 +50,13 @@ def put_strains(rod: Rod, s: Solver, g: Array, n: Array, strain: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def put_strain_rates(rod: Rod, g: Array, v: Array, turning: Array, dg: Array, rate: Array) -> None:
-    """Rates of the strains of frames that turn at `turning` (nodes, 3), and of the stretch by velocities v.
+def put_strain_rates(rod: Rod, g: Array, v: Array, spin: Array, dg: Array, rate: Array) -> None:
+    """Rates of the strains of frames that turn at `spin` (nodes, 3), and of the stretch by velocities v.
 
-    dg (nodes, 4) is overwritten by the rates of the frames, g turning / 2.
+    dg (nodes, 4) is overwritten by the rates of the frames, g spin / 2.
     """
     for i in range(g.shape[0]):
-        half = scaled(0.5, triple(turning, i))
+        half = scaled(0.5, triple(spin, i))
         dg[i, 0], dg[i, 1], dg[i, 2], dg[i, 3] = by_vector(quaternion(g, i), half)
     elements = rod.weights.shape[0]
     for place in range(WIDTH * rate.shape[0]):

@@ -81,7 +81,7 @@ def _known(
                 )
                 t.vp[node, c] = y.v[node, c] + h * (m.v0 * y.auxiliary[node, c] + m.v1 * known)
             for c in range(3):
-                t.tp[node, c] = y.tangent[node, c] + 0.5 * h * y.turning[node, c]
+                t.tp[node, c] = y.tangent[node, c] + 0.5 * h * y.tangent_rate[node, c]
         return m.r1 * h * h * share, m.v1 * h * share, 0.5 * h
     diagonal = h * m.a[i, i]
     for node in range(1, nodes - 1):
@@ -95,7 +95,7 @@ def _known(
     if gyroscopic:
         copy(y.tangent, t.tp)
         for j in range(i):
-            add(t.stage_turning[j], h * m.a[i, j], t.tp)
+            add(t.stage_tangent_rate[j], h * m.a[i, j], t.tp)
     return diagonal * diagonal, diagonal, diagonal
 
 
@@ -112,7 +112,7 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
         copy(y.g, t.g)
         t.v[:] = 0.0
         t.a[:] = 0.0
-        t.turning[:] = 0.0
+        t.tangent_rate[:] = 0.0
     return impulse
 
 
@@ -129,7 +129,7 @@ def _begin(model: Moving, clock: Array) -> None:
     t, y = model.scratch, model.motion
     copy(y.v, t.stage_v[0])
     copy(y.a, t.stage_a[0])
-    copy(y.turning, t.stage_turning[0])
+    copy(y.tangent_rate, t.stage_tangent_rate[0])
     copy(y.strain_rate, t.stage_strain_rate[0])
     clock[KNOWN] = clock[POINTS]
     if clock[RATE] > SLOW:
@@ -161,7 +161,7 @@ def _stage(
     angle: float,
     spin: float,
 ) -> int:
-    """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.turning of the scratch t."""
+    """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.tangent_rate of the scratch t."""
     t, y = model.scratch, model.motion
     b, f, ft = _ready(model, m, ramp, clock, i, h, at)
     used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
@@ -174,7 +174,7 @@ def _stage(
     if m.kind == DIRK:
         copy(t.v, t.stage_v[i])
         copy(t.a, t.stage_a[i])
-        copy(t.turning, t.stage_turning[i])
+        copy(t.tangent_rate, t.stage_tangent_rate[i])
     return used
 
 
@@ -270,7 +270,7 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
             y.a[node, c] = t.a[node, c]
         y.x[node, 3] = 0.0
         for c in range(3):
-            y.turning[node, c] = t.turning[node, c]
+            y.tangent_rate[node, c] = t.tangent_rate[node, c]
     for c in range(3):
         y.x[y.x.shape[0] - 1, c] = t.x[y.x.shape[0] - 1, c]
     copy(t.strain, y.strain)

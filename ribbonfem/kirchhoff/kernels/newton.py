@@ -45,12 +45,12 @@ ANGLE = 0.1
 
 
 @compiled(**OPTIONS)
-def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, turning: Array) -> None:
+def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, tangent_rate: Array) -> None:
     """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to the residual."""
     for i in range(1, g.shape[0] - 1):
         factor = rod.inertia[i, 3] * v[i, 3]
         # (along the first axis of the body is nothing)
-        moment = carried(conjugate(quaternion(g, i)), triple(turning, i))
+        moment = carried(conjugate(quaternion(g, i)), triple(tangent_rate, i))
         s.fp[i, 1] += factor * moment[1]
         s.fp[i, 2] += factor * moment[2]
 
@@ -139,8 +139,8 @@ def newton(
             tangents(t.g, t.tangent)
             for i in range(1, nodes - 1):
                 for c in range(3):
-                    t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
-            _gyroscopic(rod, s, t.g, t.v, t.turning)
+                    t.tangent_rate[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
+            _gyroscopic(rod, s, t.g, t.v, t.tangent_rate)
         if fresh:
             make_factors(rod, s, t.g, t.n, sigma, clock)
             made += 1
@@ -166,7 +166,7 @@ def newton(
                 tangents(t.g, t.tangent)
                 for i in range(1, nodes - 1):
                     for c in range(3):
-                        t.turning[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
+                        t.tangent_rate[i, c] = (t.tangent[i, c] - t.tp[i, c]) / ft
             if before > 0.0 or made > 0:
                 clock[RATE] = rate
             clock[FORETOLD] = min(0.9, max(rate, LEAST_RATE) ** AGEING)

@@ -48,7 +48,7 @@ def _put(array: Array, row: int, column: int, a: Vector) -> None:
 
 
 @compiled(**INLINED)
-def turned(a: Quaternion, columns: Array, i: int, c: int) -> Value:
+def by_rotation(a: Quaternion, columns: Array, i: int, c: int) -> Value:
     """A derivative in the quaternion of node i as one in component c of its rotation."""
     return (
         a[0] * load(columns, (i, c))
@@ -101,7 +101,7 @@ def add_pairs(
 
 
 @compiled(**INLINED)
-def turned_pair(pairs: Array, columns: Array, i: int, j: int, c: int) -> Vector:
+def pair_by_rotations(pairs: Array, columns: Array, i: int, j: int, c: int) -> Vector:
     """The derivatives in component c of the rotation of node i and in those of node j <= i."""
     v0 = v1 = v2 = v3 = spread(0.0)
     for r in range(4):
@@ -111,7 +111,7 @@ def turned_pair(pairs: Array, columns: Array, i: int, j: int, c: int) -> Vector:
         v2 += left * load(pairs, (i, j, 4 * r + 2))
         v3 += left * load(pairs, (i, j, 4 * r + 3))
     v = v0, v1, v2, v3
-    return turned(v, columns, j, 0), turned(v, columns, j, 1), turned(v, columns, j, 2)
+    return by_rotation(v, columns, j, 0), by_rotation(v, columns, j, 1), by_rotation(v, columns, j, 2)
 
 
 @compiled(**INLINED)

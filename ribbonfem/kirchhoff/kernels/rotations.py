@@ -39,7 +39,7 @@ def _series(square: Value) -> tuple[Value, Value]:
 
 
 @compiled(**INLINED)
-def _turned(g: Quaternion, half: Value, cosine: Value, psi: Vector) -> Quaternion:
+def _rotated(g: Quaternion, half: Value, cosine: Value, psi: Vector) -> Quaternion:
     """g (cosine, half psi), of length 1."""
     new = mix4(g, cosine, by_vector(g, psi), half)
     # rounding would let the length drift over thousands of increments
@@ -54,7 +54,7 @@ def rotate(g: Array, i: int, a: float, b: float, c: float) -> None:
     if square >= _SMALL:
         angle = math.sqrt(square)
         half, cosine = 0.5 * math.sin(angle) / angle, math.cos(angle)
-    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = _turned(quaternion(g, i), half, cosine, (a, b, c))
+    g[i, 0], g[i, 1], g[i, 2], g[i, 3] = _rotated(quaternion(g, i), half, cosine, (a, b, c))
 
 
 @compiled(**INLINED)
@@ -99,7 +99,7 @@ def rotate_inner(g: Array, psi: Array) -> None:
             square = 0.25 * (a * a + b * b + c * c)
             if all_below(square, _SMALL):
                 half, cosine = _series(square)
-                new = _turned(_rows(g, i), half, cosine, (a, b, c))
+                new = _rotated(_rows(g, i), half, cosine, (a, b, c))
                 _put_rows(g, i, new[0], new[1], new[2], new[3])
                 i += WIDTH
                 continue

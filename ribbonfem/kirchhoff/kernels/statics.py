@@ -23,7 +23,15 @@ from ribbonfem.results import Array
 
 from .batch import INLINED, collect, force_at
 from .gauss_point import interpolated, interpolated_group, point_hessian, strains_of, stretched, tangent_of
-from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
+from .rotation_hessian import (
+    add_gradient,
+    add_pairs,
+    by_rotation,
+    clear,
+    fill_columns,
+    pair_by_rotations,
+    radial,
+)
 
 
 @compiled()
@@ -78,7 +86,7 @@ def _add_columns(
     pairs: Array,
     pulls: Array,
     sums: Array,
-    turning: Array,
+    clamp_rates: Array,
     push: Array,
     e: int,
     lane: int,
@@ -93,18 +101,20 @@ def _add_columns(
         for i in range(1, degree + 1):
             for r in range(4):
                 for c in range(4):
-                    column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, lane] * turning[0, c]
+                    column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, lane] * clamp_rates[0, c]
         for b in range(3):
             for r in range(4):
-                column[4 * inner + b] += pulls[0, 4 * b + r, lane] * turning[0, r]
+                column[4 * inner + b] += pulls[0, 4 * b + r, lane] * clamp_rates[0, r]
     if e == elements - 1:
         for j in range(degree):
             for c in range(4):
                 for r in range(4):
-                    column[4 * (e * degree + j - 1) + c] += pairs[degree, j, 4 * r + c, lane] * turning[1, r]
+                    column[4 * (e * degree + j - 1) + c] += (
+                        pairs[degree, j, 4 * r + c, lane] * clamp_rates[1, r]
+                    )
         for b in range(3):
             for r in range(4):
-                column[4 * inner + b] += pulls[degree, 4 * b + r, lane] * turning[1, r]
+                column[4 * inner + b] += pulls[degree, 4 * b + r, lane] * clamp_rates[1, r]
     if 2 * e < elements and (push[0] != 0.0 or push[1] != 0.0 or push[2] != 0.0):
         for i in range(degree + 1):
             a = e * degree + i - 1
@@ -132,7 +142,7 @@ def _assemble(
     stiffness: Array,
     compliance: float,
     natural: Array,
-    turning: Array,
+    clamp_rates: Array,
     push: Array,
     band: Array,
     border: Array,
@@ -151,7 +161,7 @@ def _assemble(
     loads, natural: (G, p, 3, WIDTH), see `problem.Statics`.
     value: see `LineTables`; slope, weights: the same for groups (`batch`).
     stiffness: (3,) stiffness of the body strains (tau, -kappa2, kappa1).  compliance: EI2/(EA L^2), or 0.
-    turning: (2, 4) derivatives of the first and the last node's quaternions in the parameter.
+    clamp_rates: (2, 4) derivatives of the first and the last node's quaternions in the parameter.
     push: (3,) derivative of the force at midspan, which the left half carries.
     band: (3 m, 3 (p + 1)), border: (3, 3 m), corner: (3, 3), filled; m = nodes - 2; the degrees
         of freedom are the increments along `frame_basis`, half rotation vectors in the body.
@@ -220,14 +230,14 @@ def _assemble(
                     load(pulls, (i, 4 * b + 3)),
                 )
                 for c in range(3):
-                    store(block, (3 * b + c,), turned(pulled, columns, i, c))
+                    store(block, (3 * b + c,), by_rotation(pulled, columns, i, c))
             for lane in range(used):
                 a = (WIDTH * group + lane) * degree + i - 1
                 if 0 <= a < inner:
                     _put_node(i, lane, a, gradient, block, border, residual)
             for j in range(i + 1):
                 for c in range(3):
-                    x, y, z = turned_pair(pairs, columns, i, j, c)
+                    x, y, z = pair_by_rotations(pairs, columns, i, j, c)
                     store(block, (3 * c,), x)
                     store(block, (3 * c + 1,), y)
                     store(block, (3 * c + 2,), z)
@@ -244,7 +254,7 @@ def _assemble(
                                 band[3 * (first + j) + c, 3 * (i - j) + u - c] += block[3 * u + c, lane]
         for lane in range(used):
             e = WIDTH * group + lane
-            _add_columns(pairs, pulls, sums, turning, push, e, lane, elements, degree, column)
+            _add_columns(pairs, pulls, sums, clamp_rates, push, e, lane, elements, degree, column)
     _keep_along_spheres(g, residual, column)
 
 
@@ -272,7 +282,7 @@ def linearised(
     stiffness: Array,
     compliance: float,
     natural: Array,
-    turning: Array,
+    clamp_rates: Array,
     push: Array,
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, Array, int]:
     """Of the arguments of `_assemble`: what it fills, and what `banded.factored` makes of the tangent.
@@ -294,7 +304,7 @@ def linearised(
         stiffness,
         compliance,
         natural,
-        turning,
+        clamp_rates,
         push,
         band,
         border,

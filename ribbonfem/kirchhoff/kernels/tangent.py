@@ -18,7 +18,15 @@ from .batch import INLINED, OPTIONS, collect, force_at
 from .gauss_point import Rows, interpolated_group, point_hessian, stretched
 from .law import offset_at
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
-from .rotation_hessian import add_gradient, add_pairs, clear, fill_columns, radial, turned, turned_pair
+from .rotation_hessian import (
+    add_gradient,
+    add_pairs,
+    by_rotation,
+    clear,
+    fill_columns,
+    pair_by_rotations,
+    radial,
+)
 
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
 STIFF = 1e12
@@ -35,7 +43,7 @@ def _fill_row(rod: Rod, s: Solver, group: int, k: int, b: int, weight: Value, ch
     for i in range(P + 1):
         place, value = PLACES[i], weight * (-rod.value[k, i])
         for c in range(3):
-            new = value * turned(change, s.columns, i, c)
+            new = value * by_rotation(change, s.columns, i, c)
             if place < N0:
                 store(local, (group, row, place + c), new)
             else:
@@ -82,7 +90,7 @@ def _fill_turns(s: Solver, group: int) -> None:
         for j in range(i + 1):
             column = PLACES[j]
             for c in range(3):
-                a, b, d = turned_pair(s.pairs, s.columns, i, j, c)
+                a, b, d = pair_by_rotations(s.pairs, s.columns, i, j, c)
                 if row >= column:
                     store(s.local, (group, row + c, column), a)
                     store(s.local, (group, row + c, column + 1), b)
