@@ -1,6 +1,6 @@
 """What the guide's pages show and nobody writes by hand: pictures, commands, the tutorial with its results.
 
-Pictures are what `look` of the examples draws, commands are read from the register of questions, and the
+Pictures are what `look` of the examples draws, commands are read from their register, and the
 tutorial is its notebook, run.
 """
 

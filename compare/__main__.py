@@ -219,7 +219,7 @@ def _report(arguments: Sequence[str]) -> int:
     from ribbonfem.output.files import write_whole
 
     parser = argparse.ArgumentParser(prog=f"ribbonfem {REPORT}", description=_report.__doc__)
-    parser.add_argument("--redraw", action="store_true", help="draw all sections again from what was found")
+    parser.add_argument("--redraw", action="store_true", help="draw all sections again from their results")
     _common(parser)
     options = parser.parse_args(arguments)
     out: Path = options.out
@@ -228,7 +228,10 @@ def _report(arguments: Sequence[str]) -> int:
     require_room(out)
     drawn, failed = [], {}
     for name in ORDER if options.redraw else ():
-        kept = out / f"{name}.found"
+        kept = out / f"{name}.result"
+        if not kept.exists():
+            # (its ending in the version before)
+            kept = kept.with_suffix(".found")
         if kept.exists():
             try:
                 result, command = load(kept), named(name)

@@ -206,22 +206,22 @@ def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene,
     assert main(words) == 0
     kept = {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")}
     page = (tmp_path / report.PAGE).read_bytes()
-    assert {"run.json", "run.found", "run-motion.png"} <= set(kept)
+    assert {"run.json", "run.result", "run-motion.png"} <= set(kept)
     for name in ("run.json", "run-motion.png", report.PAGE):
         (tmp_path / name).unlink()
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
     assert {path.name: path.read_bytes() for path in tmp_path.glob("run*.*")} == kept
     assert (tmp_path / report.PAGE).read_bytes() == page
-    (tmp_path / "run.found").write_bytes(b"spoilt")
+    (tmp_path / "run.result").write_bytes(b"spoilt")
     assert main(["report", "--redraw", "--out", str(tmp_path)]) == 0
-    assert "run.found" in capsys.readouterr().err
+    assert "run.result" in capsys.readouterr().err
 
 
 def test_what_was_found_is_read_back_whole(tmp_path, scene):
     command = named("run")
     result = command.main(scene, motion=True, frames=3, tolerance=1e-2)
     publish(command, result, tmp_path)
-    again = load(tmp_path / "run.found")
+    again = load(tmp_path / "run.result")
     assert command.values(again) == command.values(result)
     assert again.answer.history == result.answer.history
     assert load(save(result.answer.history, tmp_path / "history")) == result.answer.history

@@ -12,8 +12,7 @@ import pytest
 
 from compare.__main__ import main as command
 from compare.archive import from_bytes, to_bytes
-from compare.diagrams import diagram as sheet
-from compare.diagrams import selection_diagram, skipping_diagram
+from compare.diagrams import diagram, selection_diagram, skipping_diagram
 from compare.diagrams.report import Diagrams
 from compare.report.registry import publish
 from compare.reproduction.cases import settle
@@ -163,7 +162,7 @@ def maps():
     asked = {"nodes": 51, "samples": 1, "boundaries": False, "tolerance": 1e-3}
     with Sweep(processes=1) as sweep, pytest.MonkeyPatch.context() as patch:
         # the curve that needs no run takes longer than the runs
-        patch.setattr(sheet, "predictions", lambda *_: {})
+        patch.setattr(diagram, "predictions", lambda *_: {})
         skipping = [skipping_diagram(value, 0.40, *grid, sweep=sweep, **asked) for value in (0.40, 0.35)]
         one = selection_diagram(0.40, 0.40, 0.36, *grid, sweep=sweep, **asked)
     # the second is that of damping alone

@@ -182,7 +182,7 @@ def test_without_a_ramp_it_stays(elements, extensible):
 
 
 def test_snaps_are_those_of_the_rods_limit():
-    """Limits of the discrete rods (N = 101, 201, 401 at a tight tolerance), with their own doubt."""
+    """Limits of the discrete rods (N = 101, 201, 401 at a tight tolerance), with their own uncertainty."""
     first = Scene(compression=0.33, shear=0.34, start="U+S-", rate=0.2, damping=0.5, stop=0.7)
     second = Scene(compression=0.40, shear=0.40, start="U+S+", rate=1.0, damping=10.0, stop=0.7)
     third = Scene(compression=0.37, shear=0.385, start="U+S+", rate=0.3, damping=3.0, stop=0.55)

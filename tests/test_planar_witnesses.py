@@ -76,7 +76,7 @@ def test_rods_tend_to_the_elastica(index):
 @pytest.mark.slow
 @pytest.mark.parametrize("index", range(20))
 def test_the_elastica_and_rods_have_one_limit(index):
-    """To 1e-5 rad; rods in doubt by the difference of their last two limits."""
+    """To 1e-5 rad; rods uncertain by the difference of their last two limits."""
     scene = drawn(20)[index]
     coarse, rods = rods_limit(scene, (101, 201, 401), 1e-7)
     plane = snap(elastica, scene, elements=12, tolerance=1e-7, extensible=True)

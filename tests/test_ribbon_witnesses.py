@@ -10,7 +10,7 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, kirchhoff
 
 SEED = 20261127
-# what a rods' limit may be in doubt by and still be a reference, rad
+# the uncertainty with which a limit of rods is still a reference, rad
 DOUBT = 1e-5
 
 
@@ -48,7 +48,7 @@ def drawn(count):
 
 @dataclass(frozen=True)
 class Limit:
-    """A snap's angle and how far it is in doubt, both in rad."""
+    """A snap's angle and its uncertainty, both in rad."""
 
     value: float
     uncertainty: float
@@ -63,7 +63,7 @@ def snaps(history):
 
 
 def rods_limit(scene):
-    """Richardson's limit of N = 101, 201, 401, with the difference of the last two as doubt."""
+    """Richardson's limit of N = 101, 201, 401, with the difference of the last two as uncertainty."""
     runs = [
         snaps(der.simulate(scene, nodes=n, tolerance=1e-7, configurations=False, until="snap"))
         for n in (101, 201, 401)
@@ -73,7 +73,7 @@ def rods_limit(scene):
 
 
 def elements_limit(scene):
-    """12 elements at a tight tolerance; in doubt by what a looser one, or 8 elements, change."""
+    """12 elements at a tight tolerance; uncertain by what a looser one, or 8 elements, change."""
 
     def result(elements, tolerance):
         options = {"extensible": True, "configurations": False, "until": "snap"}
@@ -87,7 +87,7 @@ def elements_limit(scene):
 @pytest.mark.slow
 @pytest.mark.parametrize("index", range(20))
 def test_elements_and_rods_have_one_limit(index):
-    """A limit that neither doubts by 1e-5 is met to 2e-5; others within the sum of both doubts."""
+    """A limit that both know to 1e-5 is met to 2e-5; others within the sum of both uncertainties."""
     scene = drawn(20)[index]
     for rods, elements in zip(rods_limit(scene), elements_limit(scene), strict=True):
         print(f"{index}: rods {rods.value:.7f} +- {rods.uncertainty:.0e}", end=", ")
@@ -103,7 +103,7 @@ def test_elements_and_rods_have_one_limit(index):
 @pytest.mark.parametrize("extensible", [False, True])
 @pytest.mark.parametrize("index", range(20))
 def test_the_default_mesh_is_near_the_limit_of_its_own(index, extensible):
-    """At 1e-6, within 1e-5 rad of finer meshes; snaps about which those doubt by more are listed apart."""
+    """At 1e-6, within 1e-5 rad of finer meshes; snaps about which those are less certain are listed apart."""
     scene = drawn(20)[index]
 
     def result(tolerance, **mesh):
@@ -118,5 +118,5 @@ def test_the_default_mesh_is_near_the_limit_of_its_own(index, extensible):
         print(f"{index}: {error:.1e}, finer meshes {uncertainty:.0e} apart{apart}")
     settled = uncertainties < DOUBT
     assert np.all(off[settled] < 1e-5), scene
-    # fast ramps let slopes ring with the clamp's jerk, and no others are in doubt
+    # fast ramps let slopes ring with the clamp's jerk, and no others are uncertain
     assert np.all(settled | (abs(scene.rate) > 1.5)), scene

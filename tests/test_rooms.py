@@ -114,7 +114,7 @@ def ours(name):
 @pytest.mark.parametrize("name", sorted(FILES))
 def test_a_room_imports_from_its_left_alone(name):
     mine = room(name)
-    # what is in no list, the faces of the packages, may know all of it
+    # what is in no list, the packages themselves, may know all of it
     for result in ours(name) if mine in ALLOWED else ():
         assert room(result) in ALLOWED[mine], f"{name} imports {result}: {mine} may not know it"
 

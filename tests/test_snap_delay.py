@@ -255,7 +255,7 @@ def test_every_damping_is_answered_at_once():
 
 
 def test_what_is_left_out_falls_as_it_is_said_to():
-    """tau^-3: by 10^0.6 a decade of the rate (and T0's own doubt at the slow end)."""
+    """tau^-3: by 10^0.6 a decade of the rate (and the uncertainty of T0 at the slow end)."""
     scene = replace(PLANAR, damping=10.0)
     form, lead = delay.lead(elastica, scene, elements=16, tolerance=1e-7)
     gaps = []

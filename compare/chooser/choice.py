@@ -133,8 +133,8 @@ def stays_planar(scene: Scene) -> bool:
     """
     largest, bending, twisting = FLAT
     ribbon = scene.ribbon
-    stiff = ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting
-    if stiff and scene.compression <= largest and refinement.upward(scene).rate > 0.0:
+    stiff_enough = ribbon.bending_ratio >= bending and ribbon.twist_ratio >= twisting
+    if stiff_enough and scene.compression <= largest and refinement.upward(scene).rate > 0.0:
         return True
     return math.isnan(elastica.leaves_plane(scene, extensible=True))
 

@@ -47,11 +47,11 @@ subroutine func(ndim, u, icp, par, ijac, f, dfdu, dfdp)
   double precision, intent(in) :: u(ndim), par(*)
   double precision, intent(out) :: f(ndim)
   double precision, intent(inout) :: dfdu(ndim,ndim), dfdp(ndim,*)
-  double precision, parameter :: stiff(3) = (/ @TWIST@, 1d0, @BENDING@ /)
+  double precision, parameter :: stiffness(3) = (/ @TWIST@, 1d0, @BENDING@ /)
   double precision :: r(3,3), o(3), n(3), c(3), dn(4)
   integer :: j
   call frame(u(1:4), r)
-  o = u(5:7)/stiff
+  o = u(5:7)/stiffness
   n = matmul(par(2:4), r)
   f(1) = -0.5d0*(u(2)*o(1) + u(3)*o(2) + u(4)*o(3))
   f(2) = 0.5d0*(u(1)*o(1) + u(3)*o(3) - u(4)*o(2))
@@ -70,17 +70,17 @@ subroutine func(ndim, u, icp, par, ijac, f, dfdu, dfdp)
   dfdu(3,2) = -0.5d0*o(3)
   dfdu(4,2) = 0.5d0*o(2)
   dfdu(4,3) = -0.5d0*o(1)
-  c = 0.5d0/stiff
+  c = 0.5d0/stiffness
   dfdu(1,5:7) = -u(2:4)*c
   dfdu(2,5:7) = (/ u(1), -u(4), u(3) /)*c
   dfdu(3,5:7) = (/ u(4), u(1), -u(2) /)*c
   dfdu(4,5:7) = (/ -u(3), u(2), u(1) /)*c
-  dfdu(5,6) = u(7)*(1/stiff(3) - 1/stiff(2))
-  dfdu(5,7) = u(6)*(1/stiff(3) - 1/stiff(2))
-  dfdu(6,5) = u(7)*(1/stiff(1) - 1/stiff(3))
-  dfdu(6,7) = u(5)*(1/stiff(1) - 1/stiff(3))
-  dfdu(7,5) = u(6)*(1/stiff(2) - 1/stiff(1))
-  dfdu(7,6) = u(5)*(1/stiff(2) - 1/stiff(1))
+  dfdu(5,6) = u(7)*(1/stiffness(3) - 1/stiffness(2))
+  dfdu(5,7) = u(6)*(1/stiffness(3) - 1/stiffness(2))
+  dfdu(6,5) = u(7)*(1/stiffness(1) - 1/stiffness(3))
+  dfdu(6,7) = u(5)*(1/stiffness(1) - 1/stiffness(3))
+  dfdu(7,5) = u(6)*(1/stiffness(2) - 1/stiffness(1))
+  dfdu(7,6) = u(5)*(1/stiffness(2) - 1/stiffness(1))
   c = 2*par(2:4)
   dn(1) = c(1)*u(3) - c(2)*u(2) + c(3)*u(1)
   dn(2) = c(1)*u(4) - c(2)*u(1) - c(3)*u(2)

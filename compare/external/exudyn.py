@@ -167,8 +167,9 @@ class _Ribbon(_Model):
         ribbon = scene.ribbon
         length = ribbon.length
         area = ribbon.width * ribbon.thickness
-        soft = ribbon.width * ribbon.thickness**3 / 12.0
-        tall = ribbon.width**3 * ribbon.thickness / 12.0
+        # second moments of area about the normal, I1, and about the width, I2
+        i2 = ribbon.width * ribbon.thickness**3 / 12.0
+        i1 = ribbon.width**3 * ribbon.thickness / 12.0
         rest = kirchhoff.state(scene)
         axes = np.stack((rest.directors[:, 2], -rest.directors[:, 1], rest.directors[:, 0]), axis=2)
         s = np.linspace(0.0, 1.0, elements + 1)
@@ -179,8 +180,8 @@ class _Ribbon(_Model):
         section = self.library.BeamSection()
         section.massPerLength = ribbon.density * area
         # rotary inertia about the tangent as in `der`; about the others that of the thickness alone
-        section.inertia = ribbon.density * np.diag([soft + tall, soft, soft])
-        axial, bending = ribbon.young * area, ribbon.young * soft
+        section.inertia = ribbon.density * np.diag([i2 + i1, i2, i2])
+        axial, bending = ribbon.young * area, ribbon.young * i2
         section.stiffnessMatrix = np.diag(
             [axial, shear * axial, shear * axial]
             + [ribbon.twist_ratio * bending, bending, ribbon.bending_ratio * bending]

@@ -76,8 +76,9 @@ def _rod(library: Any, scene: Scene, x: Array, directors: Array) -> Any:
     edges = len(x) - 1
     edge = 1.0 / (edges - 1) * ribbon.length
     area = ribbon.width * ribbon.thickness
-    soft = ribbon.width * ribbon.thickness**3 / 12.0
-    tall = ribbon.width**3 * ribbon.thickness / 12.0
+    # second moments of area about the normal, I1, and about the width, I2
+    i2 = ribbon.width * ribbon.thickness**3 / 12.0
+    i1 = ribbon.width**3 * ribbon.thickness / 12.0
     rod = library.CosseratRod.straight_rod(
         edges,
         np.zeros(3),
@@ -89,12 +90,12 @@ def _rod(library: Any, scene: Scene, x: Array, directors: Array) -> Any:
         ribbon.density,
         youngs_modulus=ribbon.young,
     )
-    bending = ribbon.young * soft
+    bending = ribbon.young * i2
     for k, ratio in enumerate((ribbon.bending_ratio, 1.0, ribbon.twist_ratio)):
         rod.bend_matrix[k, k] = ratio * bending
     # rotary inertia about the tangent as in `der`, which has no other; an explicit step needs all three,
     # or the stiff bending of the ribbon in its own plane would ask for steps ten times shorter
-    for k, inertia in enumerate((tall, soft, soft + tall)):
+    for k, inertia in enumerate((i1, i2, i2 + i1)):
         rod.mass_second_moment_of_inertia[k, k] = ribbon.density * inertia * edge
         rod.inv_mass_second_moment_of_inertia[k, k] = 1.0 / (ribbon.density * inertia * edge)
     rod.position_collection[:] = x.T * ribbon.length

@@ -1,6 +1,6 @@
 """The report's folder: writes and reads each section's JSON, result file and pictures, and the page of all.
 
-A section lies there as ``NAME.json`` (words, tables, numbers), ``NAME.found`` (the result that all of it is
+A section lies there as ``NAME.json`` (text, tables, numbers), ``NAME.result`` (the result that all of it is
 made of, see `compare.archive`) and PNG files; ``report.html`` is made anew from all that lie there.
 Numbers are written before pictures, and every file whole or not at all.
 """
@@ -126,10 +126,10 @@ def write_section(
 
     Parameters
     ----------
-    section: its words, tables and numbers.
+    section: its text, tables and numbers.
     folder, order: of the report, and of the sections in it.
     drawings: are drawn after the numbers have been written.
-    found: the result that the section is made of, for `compare.archive.load`.
+    result: the result that the section is made of, for `compare.archive.load`.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def write_section(
     kept = folder / f"{section.name}.json"
     write_whole(kept, _as_json(section))
     if result is not None:
-        save(result, folder / f"{section.name}.found")
+        save(result, folder / f"{section.name}.result")
     from ribbonfem.output.style import in_style
 
     with in_style():

@@ -44,7 +44,7 @@ def page(sections: Sequence[Section], left_out: Mapping[str, str], folder: Path)
 
     def kinds(table: Table) -> list[Markup]:
         """What is said of each column: the widest cell decides, so that it is asked once a table."""
-        return [Markup(' class="words"' if sentence else "") for sentence in table.sentences()]
+        return [Markup(' class="text"' if sentence else "") for sentence in table.sentences()]
 
     given = {"sections": sections, "left_out": left_out, "content": content, "kinds": kinds, "rows": _LONG}
     return str(_template().render(given))

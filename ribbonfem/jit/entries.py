@@ -137,15 +137,15 @@ class _Operator(types.Function):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function.templates)
-        self._found: dict[Any, Any] = {}
+        self._call_types: dict[Any, Any] = {}
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
         """See `types.Function`."""
         if kws:
             return super().get_call_type(context, args, kws)
-        if args not in self._found:
-            self._found[args] = super().get_call_type(context, args, kws)
-        return self._found[args]
+        if args not in self._call_types:
+            self._call_types[args] = super().get_call_type(context, args, kws)
+        return self._call_types[args]
 
 
 register_model(_Operator)(models.OpaqueModel)
@@ -166,8 +166,8 @@ class _Typing(Context):
 
     def resolve_value_type(self, val: Any) -> Any:
         """See `Context`."""
-        found = super().resolve_value_type(val)
-        return _operator(found) if getattr(found, "typing_key", None) in _OPERATORS else found
+        value_type = super().resolve_value_type(val)
+        return _operator(value_type) if getattr(value_type, "typing_key", None) in _OPERATORS else value_type
 
 
 class _PartCompiler(Compiler):

@@ -39,8 +39,7 @@ from ribbonfem.stepping.motion import ENERGIES
 
 from . import initial_states
 from .discretisation import discretised
-from .kernels import arrays, loop
-from .kernels import average_vector_field as conserving
+from .kernels import arrays, average_vector_field, loop
 from .kernels.rod import Rod, solver
 from .problem import Frames, Statics
 
@@ -109,7 +108,7 @@ class Loop:
         self.arclength = s
         self.solver = solver(elements)
         # means of steps are kept in the places of stages
-        stages = conserving.STAGES if scheme.kind == MEAN else scheme.stages
+        stages = average_vector_field.STAGES if scheme.kind == MEAN else scheme.stages
         self.scratch = arrays.scratch(elements, stages, rod.retardation > 0.0)
         nodes = len(motion.x)
         shapes = ((nodes, 3), (nodes, 3), (nodes, 3)) if configurations else ()

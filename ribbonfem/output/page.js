@@ -172,9 +172,9 @@ function plot() {
   const ticks = (low, high) => {
     const rough = (high - low) / 4, ten = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((m) => m * ten).find((s) => s >= rough);
-    const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
-    for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(places)]);
-    return found;
+    const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), marks = [];
+    for (let k = Math.ceil(low / step); k * step <= high; k++) marks.push([k * step, (k * step).toFixed(places)]);
+    return marks;
   };
   let text = `<clipPath id="in"><rect x="${left}" y="${top}" width="${right - left}" height="${bottom - top}"/></clipPath>`;
   text += `<path d="M${left},${top}V${bottom}H${right}" fill="none" stroke="currentColor"/>`;

@@ -111,7 +111,7 @@ def convergence(result: Any, axes: Any = None, **line: Any) -> Any:
 
     Parameters
     ----------
-    found: the runs; their sizes are edge lengths in L, steps in s or tolerances in L, and errors are
+    result: the runs; their sizes are edge lengths in L, steps in s or tolerances in L, and errors are
         of the quantity (angles in rad).
     axes: of matplotlib; by default new ones, of a figure of pyplot.
     line: what `Axes.loglog` takes.

@@ -63,7 +63,7 @@ class Panel:
 
     Attributes
     ----------
-    title, x, y: words of the axes.
+    title, x, y: of the axes.
     series: what is drawn, or, of a diagram, what is written beside it.
     limits: xlim and ylim; None where matplotlib chooses.
     log: whether both axes are logarithmic.

@@ -159,7 +159,7 @@ def _scaling(result: Delays, figure: str, letters: str) -> list[Panel]:
     for kind, least in (("angle", 1.0), ("time", 0.0)):
         if kind in series:
             series[kind] += _slopes(result, elements, least)
-    words = {
+    labels = {
         "angle": (RATE, r"angle delay $\Delta\alpha$ (rad)", (None, None)),
         "time": (RATE, "time delay $T_s$ (s)", (None, None)),
         "collapse": (
@@ -169,7 +169,7 @@ def _scaling(result: Delays, figure: str, letters: str) -> list[Panel]:
         ),
     }
     return [
-        Panel(f"({letter})", words[kind][0], words[kind][1], tuple(series[kind]), words[kind][2], log=True,
+        Panel(f"({letter})", labels[kind][0], labels[kind][1], tuple(series[kind]), labels[kind][2], log=True,
               legend="best")
         for letter, kind in zip(letters, kinds, strict=True)
     ]  # fmt: skip
@@ -268,10 +268,10 @@ def _named(result: Settled, chosen: Sequence[CaseVerdict], letter: str, against:
                 series.append(Series(f"{said}, alpha, {model}", x[keep], turned[keep], "dashed", colour))
     where = rf"$\Delta L/L$ = {scene.compression:.2f}, $\nu$ = {scene.damping:g}/s"
     axis = ANGLE if against == "angle" else "time after the end of the ramp (s)"
-    words = HEIGHT if against == "angle" else rf"{HEIGHT} (solid), $\alpha$ (rad, dashed)"
+    y_label = HEIGHT if against == "angle" else rf"{HEIGHT} (solid), $\alpha$ (rad, dashed)"
     heights = (-0.36, 0.34) if against == "angle" else (-0.36, 0.4)
     place = "lower left" if against == "angle" else "center right"
-    return Panel(f"({letter}) {where}", axis, words, tuple(series), (limits, heights), legend=place)
+    return Panel(f"({letter}) {where}", axis, y_label, tuple(series), (limits, heights), legend=place)
 
 
 def named(settled: Settled, figure: str) -> FigureData:

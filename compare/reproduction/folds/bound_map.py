@@ -95,12 +95,18 @@ def draw_bound(result: Sequence[dict[str, Any]]) -> Any:
         ax.plot(
             many, line([zero or 0.0 for zero in zeros]), "k-", lw=2.0, label="equal: type 1 possible above"
         )
-    edges = {name: line([column[name] for column in result]) for name in ("gone", "broken", "merged")}
-    ax.plot(many, edges["gone"], "k--", lw=1.2, label=r"$\alpha_{c1} = \alpha_{c2}$")
-    ax.plot(many, edges["broken"], color="0.4", lw=1.2, label="U → US")
-    ax.plot(many, edges["merged"], color="0.4", lw=1.2, ls="-.", label="US → S")
+    boundaries = {name: line([column[name] for column in result]) for name in ("gone", "broken", "merged")}
+    ax.plot(many, boundaries["gone"], "k--", lw=1.2, label=r"$\alpha_{c1} = \alpha_{c2}$")
+    ax.plot(many, boundaries["broken"], color="0.4", lw=1.2, label="U → US")
+    ax.plot(many, boundaries["merged"], color="0.4", lw=1.2, ls="-.", label="US → S")
     ax.fill_between(
-        many, edges["gone"], edges["merged"], facecolor="0.93", edgecolor="0.78", hatch="///", lw=0.0
+        many,
+        boundaries["gone"],
+        boundaries["merged"],
+        facecolor="0.93",
+        edgecolor="0.78",
+        hatch="///",
+        lw=0.0,
     )
     style: dict[str, Any] = {"ls": "", "mfc": "white", "mec": "black", "mew": 0.8}
     ax.plot(

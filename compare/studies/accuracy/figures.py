@@ -142,8 +142,8 @@ def draw_orders(studied: Sequence[tuple[Refined, Convergence]]) -> Any:
         for steps in (False, True):
             part = [(s, c) for s, c in mine if (c.over == "step") == steps]
             if part:
-                words = f"{title.split(':')[0]}, {'step' if steps else 'mesh'}"
-                parts.append((words, "step (s)" if steps else "edge or element (L)", part))
+                caption = f"{title.split(':')[0]}, {'step' if steps else 'mesh'}"
+                parts.append((caption, "step (s)" if steps else "edge or element (L)", part))
     fig, grid = panels(len(parts), 2, 6.0, 3.4)
     for axes, (title, label, part) in zip(grid, parts, strict=True):
         _draw_studies(axes, part, title, label)

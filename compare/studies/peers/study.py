@@ -64,14 +64,14 @@ def _draw(runs: Sequence[Timing]) -> Any:
 def _ratios(chosen: dict[str, Timing], taken: Array) -> list[str]:
     """Sentences on the ratios at equal error, from the CPU seconds (rounds, chosen)."""
     (_, base), *others = chosen.items()
-    words = [
+    sentences = [
         f"Planar snap at an error of at most {ERROR:g} rad, CPU seconds in those of the extensible elastica "
         f"({base.resolution}, {base.step}: {base.seconds:.3f} s):"
     ]
     for what, run in others:
         if run.ratio is not None and run.error is not None:
             low, middle, high = run.ratio
-            words.append(
+            sentences.append(
                 f"{what} ({run.resolution}, {run.step}, error {abs(run.error):.0e}): {middle:.1f} times "
                 f"({low:.1f} to {high:.1f})."
             )
@@ -79,11 +79,11 @@ def _ratios(chosen: dict[str, Timing], taken: Array) -> list[str]:
     for what in names:
         if "Exudyn" in what and DEFAULTS in names:
             ratio = taken[:, names.index(what)] / taken[:, names.index(DEFAULTS)]
-            words.append(
+            sentences.append(
                 f"{what}: {np.median(ratio):.1f} times ({ratio.min():.1f} to {ratio.max():.1f}) what the "
                 "extensible elastica takes with its defaults."
             )
-    return words
+    return sentences
 
 
 def _ratio(which: int, run: Timing) -> float | None:

@@ -245,8 +245,8 @@ def judge_statics(name: str, scene: Scene) -> list[StaticVerdict]:
     if not scene.planar:
         return verdicts
     own = _attempt(lambda: elastica.folds(scene, extensible=True))
-    stiff = replace(scene, ribbon=replace(scene.ribbon, **_STIFF))
-    plane = _attempt(lambda: kirchhoff.folds(stiff, extensible=True))
+    held_in_plane = replace(scene, ribbon=replace(scene.ribbon, **_STIFF))
+    plane = _attempt(lambda: kirchhoff.folds(held_in_plane, extensible=True))
     beam: tuple[Fold, ...] | Exception = _attempt(lambda: quasilinear.folds(scene))
     return [
         *verdicts,

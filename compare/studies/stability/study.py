@@ -128,13 +128,13 @@ def _failed_at_rest(statics: Sequence[StaticVerdict]) -> str:
 def _meshes(defaults: Sequence[MotionVerdict]) -> str:
     """What the finer meshes say of the rods' snaps."""
     parts = []
-    for unit, words in (("rad", "rad of the clamp"), ("wait", "of the wait")):
+    for unit, said in (("rad", "rad of the clamp"), ("wait", "of the wait")):
         off = [v for v in defaults if v.model == RODS and v.unit == unit and v.mesh is not None]
         if off:
             middle = float(np.median([v.mesh for v in off if v.mesh is not None]))
             most = max(off, key=lambda v: v.mesh or 0.0)
             parts.append(
-                f"{middle:.1e} {words} in the median of {len(off)} and {most.mesh:.1e} at most ({most.case})"
+                f"{middle:.1e} {said} in the median of {len(off)} and {most.mesh:.1e} at most ({most.case})"
             )
     return (
         "The rods of a case have its own mesh, mostly 51 nodes; one twice as fine moves their snap by "
@@ -193,7 +193,7 @@ def _short(note: str, most: int = 60) -> str:
 
 
 def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict]) -> list[list[str]]:
-    """A row for each case, model and message: whose it is, and its words."""
+    """A row for each case, model and message: whose it is, and what it says."""
     result: dict[tuple[str, str, str], tuple[list[str], str]] = {}
     messages = [
         (v.case, v.model, v.method, v.note)
@@ -202,13 +202,13 @@ def _messages(verdicts: Sequence[MotionVerdict], statics: Sequence[StaticVerdict
     ]
     messages += [(s.scene, s.model, s.function, s.note) for s in statics if s.count is None]
     for case, model, method, note in messages:
-        words = note.rpartition("It says: ")[2]
+        message = note.rpartition("It says: ")[2]
         # methods put their name first; the instant at which they stop differs
-        same = "".join(c for c in words.replace(method, "") if not c.isdigit())
-        result.setdefault((case, model, same[-60:]), ([], words))[0].append(method)
+        same = "".join(c for c in message.replace(method, "") if not c.isdigit())
+        result.setdefault((case, model, same[-60:]), ([], message))[0].append(method)
     rows = []
-    for (case, model, _), (who, words) in result.items():
-        rows.append([case, f"{model} {', '.join(who[:2])}{' ..' * (len(who) > 2)}", _short(words, 112)])
+    for (case, model, _), (who, message) in result.items():
+        rows.append([case, f"{model} {', '.join(who[:2])}{' ..' * (len(who) > 2)}", _short(message, 112)])
     return rows
 
 

@@ -376,5 +376,5 @@ def run(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
 
 @compiled()
 def run_by_means(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
-    """The same with the means of forces along a step (`conserving`)."""
+    """The same with the means of forces along a step (`average_vector_field`)."""
     return _mean_loop(model, m, ramp, model.motion.clock, 1.0, rows)
