@@ -19,6 +19,7 @@ from ribbonfem.scene import Scene
 from ribbonfem.stepping import control as steps_control
 from ribbonfem.stepping.control import Control, problem_of
 from ribbonfem.stepping.kernels import (
+    ASSEMBLIES,
     FULL,
     HEIGHT,
     KEPT,
@@ -162,7 +163,7 @@ class Loop:
             stats={
                 "steps": int(clock[STEPS]),
                 "newton_iterations": int(clock[NEWTON]),
-                "assemblies": int(clock[arrays.ASSEMBLIES]),
+                "assemblies": int(clock[ASSEMBLIES]),
                 "rejected": int(clock[REJECTED]),
                 **self.rows.stats,
                 **stats,

@@ -10,7 +10,7 @@ from ribbonfem.results import Array, History
 from ribbonfem.scene import Scene, SceneError
 
 from .kernels import arrays
-from .kernels.newton import ASSEMBLIES
+from .kernels.newton import ASSEMBLIES, FORETOLD
 
 # of what files of the version before call "turning": what it is in each model
 _TURNING = {"kirchhoff": "tangent_rate", "elastica": "phi_rate"}
@@ -53,6 +53,8 @@ def begun_again(clock: Array) -> Array:
     for place in _COUNTED:
         result[place] = 0.0
     result[arrays.KINK] = 1.0
+    # (of files of the version before it is a count)
+    result[FORETOLD] = min(0.9, result[FORETOLD])
     return result
 
 

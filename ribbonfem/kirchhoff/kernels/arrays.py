@@ -9,16 +9,16 @@ import numpy as np
 from ribbonfem.ends.kernels import POSE_SIZE
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.arrays import CLOCK_SIZE as COMMON
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
+from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
 from .batch import WIDTH, groups_of
 from .rod import P, Rod, Solver
 
-# places in the clock behind those of the time loop
-SIGMA, ASSEMBLIES, POINTS, KNOWN, RATE, FORETOLD = range(COMMON, COMMON + 6)
-CLOCK_SIZE = COMMON + 6
+# places in the clock behind those of Newton: stages remembered, and how many when the step began
+POINTS, KNOWN = range(COMMON, COMMON + 2)
+CLOCK_SIZE = COMMON + 2
 # a column of rows behind those of the time loop
 SLOPE = COLUMNS
 ROW_SIZE = COLUMNS + 1
@@ -47,7 +47,10 @@ class Motion(NamedTuple):
 
 @by_reference
 class Scratch(NamedTuple):
-    """What a step overwrites, and the stages remembered for guesses; pose, see `ends.kernels`."""
+    """What a step overwrites, and the stages remembered for guesses; pose, see `ends.kernels`.
+
+    stage (4,): b, f and ft of x = xp + b a, v = vp + f a, and tangents tp + ft (their rate); damping.
+    """
 
     xp: Array
     vp: Array
@@ -75,6 +78,7 @@ class Scratch(NamedTuple):
     known_strain: Array
     stage_strain_rate: Array
     pose: Array
+    stage: Array
     out: Array
 
 
@@ -130,5 +134,6 @@ def scratch(elements: int, stages: int, retards: bool = False) -> Scratch:
         known_strain=strains(elements, retards),
         stage_strain_rate=np.zeros((stages, *strains(elements, retards).shape)),
         pose=np.zeros(POSE_SIZE),
+        stage=np.zeros(4),
         out=np.zeros(4),
     )

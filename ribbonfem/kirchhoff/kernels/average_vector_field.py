@@ -22,16 +22,26 @@ from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import TIME, Ramp
 from ribbonfem.stepping.kernels.guess import MEMORY
+from ribbonfem.stepping.kernels.newton import (
+    ASSEMBLIES,
+    KEEP,
+    LIMIT,
+    RESOLVED,
+    ROUNDING,
+    SIGMA,
+    SMALLEST_CHANGE,
+)
 
-from .arrays import KNOWN, POINTS, SIGMA, Motion, Scratch
+from .arrays import KNOWN, POINTS, Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
-from .condensed import solve
+from .condensed import factorise, solve
 from .gauss_point import bend, interpolated_group, tangent_of
 from .law import offset_at
-from .newton import KEEP, NEWTON_LIMIT, RESOLVED, ROUNDING, SMALLEST_CHANGE, make_factors, move, size_of
+from .newton import LARGEST, move, size_of
 from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia
 from .rod import P, Rod, Solver
 from .rotations import rotate, turn_between
+from .tangent import fill
 
 # steps over which the error of one is estimated, and iterations beyond which none longer is tried
 SPAN, EASY = 4, 7.0
@@ -173,7 +183,7 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
         for c in range(3):
             t.x[i, c] = t.xp[i, c] + b * t.a[i, c]
     iteration = 0
-    while iteration < NEWTON_LIMIT:
+    while iteration < LIMIT:
         iteration += 1
         _rates(rod, t, y, b, h, nu)
         _residual(rod, s, t, y)
@@ -189,12 +199,15 @@ def conserve(rod: Rod, s: Solver, t: Scratch, y: Motion, b: float, h: float, ram
                 s.fr[i, c] *= 2.0
                 s.fp[i, c] *= 2.0
         if fresh:
-            make_factors(rod, s, t.stage_v[1], t.n, sigma, clock)
+            fill(rod, s, t.stage_v[1], t.n, sigma, False)
+            factorise(s)
+            clock[SIGMA] = sigma
+            clock[ASSEMBLIES] += 1.0
             made += 1
         solve(rod, s, sigma)
         size = size_of(s)
         # a comparison that NaN fails; max() may hide one in either argument
-        good = size < 0.5 and np.isfinite(s.fn[0, 0, 0, 0])
+        good = size < LARGEST and np.isfinite(s.fn[0, 0, 0, 0])
         if not fresh and (not good or (iteration > 1 and size > max(0.5 * before, ROUNDING))):
             fresh = True
             continue

@@ -36,9 +36,10 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
+from ribbonfem.stepping.kernels.newton import SIGMA
 from ribbonfem.stepping.kernels.strains import know_rates
 
-from .arrays import SIGMA, Motion, Scratch
+from .arrays import Motion, Scratch
 from .batch import INLINED, OPTIONS, WIDTH
 from .condensed import factorise, solve
 from .gauss_point import body, interpolated, pulled, tangent_of, tangent_rate

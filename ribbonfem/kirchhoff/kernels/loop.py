@@ -30,9 +30,10 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.loop import loop_of
+from ribbonfem.stepping.kernels.newton import renew
 from ribbonfem.stepping.kernels.strains import know_strains
 
-from .arrays import KNOWN, POINTS, RATE, SIGMA, SLOPE, Motion, Moving, Scratch
+from .arrays import KNOWN, POINTS, SLOPE, Motion, Moving, Scratch
 from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
 from .batch import OPTIONS, WIDTH
 from .consistent_initialisation import project, tangents
@@ -40,10 +41,6 @@ from .energies import elastic_energy, potential_energy, power, put_reactions
 from .law import keep_strains, viscous_loss
 from .newton import guess, newton, remember
 from .rod import P, Rod
-
-# factors with which increments fell by less than this, over 1, in the last stage are made anew for a step:
-# new ones cost some four iterations, and serve several stages
-SLOW = 0.015
 
 
 @compiled(**OPTIONS)
@@ -132,8 +129,7 @@ def _begin(model: Moving, clock: Array) -> None:
     copy(y.tangent_rate, t.stage_tangent_rate[0])
     copy(y.strain_rate, t.stage_strain_rate[0])
     clock[KNOWN] = clock[POINTS]
-    if clock[RATE] > SLOW:
-        clock[SIGMA] = 0.0
+    renew(clock)
 
 
 @compiled(**OPTIONS)
@@ -162,9 +158,9 @@ def _stage(
     spin: float,
 ) -> int:
     """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.tangent_rate of the scratch t."""
-    t, y = model.scratch, model.motion
+    t = model.scratch
     b, f, ft = _ready(model, m, ramp, clock, i, h, at)
-    used = newton(model.rod, model.solver, t, y.g, b, f, ft, ramp, clock)
+    used = newton(model, b, f, ft, ramp, clock)
     if used > 0:
         remember(t, clock, at, t.g, t.n, t.a)
     if model.rod.retardation > 0.0:
