@@ -7,6 +7,7 @@ from typing import Any
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, load, spread, store
 from ribbonfem.linalg.array_ops import copy
+from ribbonfem.linalg.blocks import gather_of, invert_of
 from ribbonfem.results import Array
 
 from .batch import INLINED, OPTIONS, add_to_nodes, of_nodes
@@ -23,6 +24,8 @@ from .rod import (
     Rod,
     Solver,
 )
+
+_gather, _invert = gather_of(AS_LEFT, AS_RIGHT), invert_of(SIX)
 
 
 @compiled(**INLINED)
@@ -74,42 +77,6 @@ def _factors(
     )
 
 
-@compiled(**INLINED)
-def _invert(block: Array) -> None:
-    """The inverse of a block in its place, by sweeps without pivots."""
-    for k in range(SIX):
-        inverse = 1.0 / block[k, k]
-        for i in range(SIX):
-            if i != k:
-                factor = block[i, k] * inverse
-                for j in range(SIX):
-                    if j != k:
-                        block[i, j] -= factor * block[k, j]
-        for j in range(SIX):
-            if j != k:
-                block[j, k] *= -inverse
-                block[k, j] *= inverse
-        block[k, k] = inverse
-
-
-@compiled(**INLINED)
-def _gather_blocks(s: Solver, elements: int) -> None:
-    """Put what elimination left of the elements together, node by node, in s.own and s.next."""
-    for e in range(elements):
-        group, lane = e // WIDTH, e % WIDTH
-        own, after, new = s.own[e], s.next[e], s.own[e + 1]
-        for i in range(SIX):
-            left, right = AS_LEFT[i], AS_RIGHT[i]
-            for j in range(i + 1):
-                old = own[i, j] if e > 0 else 0.0
-                own[i, j] = own[j, i] = old + s.local[group, left, AS_LEFT[j], lane]
-                new[i, j] = new[j, i] = s.local[group, right, AS_RIGHT[j], lane]
-            for j in range(SIX):
-                # (of the two the row is the later one)
-                row, column = max(right, AS_LEFT[j]), min(right, AS_LEFT[j])
-                after[j, i] = s.local[group, row, column, lane]
-
-
 @compiled(**OPTIONS)
 def factorise(s: Solver) -> None:
     """Eliminate the inside of every element in s.local, then one node between them after the other.
@@ -119,7 +86,7 @@ def factorise(s: Solver) -> None:
     elements = s.own.shape[0] - 1
     for group in range(s.local.shape[0]):
         _eliminate(s.local, s.pivots, group)
-    _gather_blocks(s, elements)
+    _gather(s.local, s.own, s.next)
     for e in range(1, elements):
         own, after, new = s.own[e], s.next[e], s.own[e + 1]
         _invert(own)
