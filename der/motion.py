@@ -22,8 +22,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ribbonfem.continuation import at_parameter, first_point
-from ribbonfem.continuation.curves import as_far
+from ribbonfem.continuation.saddles import lowest_saddle
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
@@ -155,7 +154,7 @@ def simulate(
     course = kernels.Course(
         float(scene.scaled_damping),
         float(ends.kinks[-2] if held else ends.kinks[-1]),
-        _lowest_saddle(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
+        _barrier(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
         until == "snap",
     )
     given = options_given(tolerance=local if fixed is None else None, newton_tolerance=newton)
@@ -219,20 +218,8 @@ def _controls(scene: Scene, began: float = 0.0) -> Ends:
 
 
 @lru_cache(maxsize=16)
-def _lowest_saddle(scene: Scene, nodes: int, clamp: str, control: float) -> float:
-    """Lowest energy of the states with one unstable direction at a control, on the curve through the start.
-
-    -inf if there is none: nothing is then decided early.
-    """
+def _barrier(scene: Scene, nodes: int, clamp: str, control: float) -> float:
+    """Energy of the lowest saddle at a control; -inf if there is none: nothing is then decided early."""
     rod = Rod(scene, nodes, clamp)
-    state = start_state(rod)
-    problem, steps = Statics(rod), default_steps(rod)
-    energies = []
-    span = (-3.0, 3.0) if scene.clamps_turn else (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
-    for sign in (-1.0, 1.0):
-        first = first_point(problem, state, scene.begin, sign)
-        for segment in as_far(problem, first, span, scene, steps):
-            ends = segment.start.parameter - control, segment.end.parameter - control
-            if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
-                energies.append(problem.potential(at_parameter(problem, segment, control, steps).state))
-    return min(energies, default=-np.inf)
+    problem, state = Statics(rod), start_state(rod)
+    return lowest_saddle(problem, state, problem.potential, scene, control, default_steps(rod))

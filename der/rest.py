@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ribbonfem.continuation import Point, at_parameter, first_point, trace
+from ribbonfem.continuation import Point
+from ribbonfem.continuation.saddles import saddle_beyond_fold
 from ribbonfem.options import checked
 from ribbonfem.results import Array, RestState, SolverError
 from ribbonfem.scene import Scene, SceneError
@@ -139,25 +140,10 @@ def stable_states(scene: Scene, *, nodes: int = 151, clamp: str = "centred") -> 
 
 
 def _pass(scene: Scene, angle: float, nodes: int, clamp: str) -> tuple[Statics, Point[RodState]]:
-    """The saddle between U+S- and U- at an angle: it lies on the sheet that U+S- meets at its fold."""
+    """The saddle between U+S- and U- at an angle: see `saddle_beyond_fold`."""
     rod = Rod(replace(scene, start="U+S-", rate=1.0, stop=None, schedule=None), nodes, clamp)
     problem, steps = Statics(rod), default_steps(rod)
-    passed, fold = False, "it has no fold"
-    begin = first_point(problem, states.start_state(rod), 0.0, 1.0)
-    for segment in trace(problem, begin, (-2.0 * np.pi, 2.0 * np.pi), steps):
-        near, after = segment.start, 0.0
-        for event in segment.events:
-            if event.kind == "fold" and not passed:
-                passed, near, after = True, event.point, event.point.step
-                fold = f"its fold is at {event.point.parameter:.6g}"
-                if event.point.parameter < angle:
-                    raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
-        if passed and (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
-            result = at_parameter(problem, segment, angle, steps, after)
-            if result.index == 1:
-                return problem, result
-            break
-    raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
+    return problem, saddle_beyond_fold(problem, states.start_state(rod), angle, steps)
 
 
 @checked

@@ -14,9 +14,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from ribbonfem.continuation import Event, Point, Steps, at_parameter, first_point, trace
+from ribbonfem.continuation import Point, Steps
 from ribbonfem.continuation.curves import (
     as_fold,
     instability_of,
@@ -26,6 +24,7 @@ from ribbonfem.continuation.curves import (
     steps_for,
     whole_curve,
 )
+from ribbonfem.continuation.saddles import saddle_beyond_fold
 from ribbonfem.delay import NormalForm, ramp_normal_forms
 from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability, RestState, SolverError
@@ -261,42 +260,15 @@ def shear_curves(
     return shear.shear_curves(scene, **checked_mesh(elements, extensible))
 
 
-def _landing(
-    problem: Statics, state: Frames, angle: float, folds: int, steps: Steps | None
-) -> tuple[list[Event[Frames]], Point[Frames] | None]:
-    """Follow the curve through a state, as alpha grows, past `folds` folds to the next point at `angle`.
-
-    Returns
-    -------
-    The folds passed, and the point; None if the curve ends before.
-    """
-    first = first_point(problem, state, 0.0, 1.0)
-    passed: list[Event[Frames]] = []
-    for segment in trace(problem, first, (-2.0 * np.pi, 2.0 * np.pi), steps):
-        turned = [event for event in segment.events if event.kind == "fold"]
-        passed += turned
-        if len(passed) < folds:
-            continue
-        # where the fold lies inside this segment, `angle` may also be met before it
-        near = turned[-1].point if turned else segment.start
-        if (near.parameter - angle) * (segment.end.parameter - angle) <= 0.0:
-            return passed, at_parameter(problem, segment, angle, steps, near.step if turned else 0.0)
-    return passed, None
-
-
 def _pass(
     scene: Scene, angle: float, mesh: dict[str, Any], steps: Steps | None
 ) -> tuple[Scene, Statics, Point[Frames]]:
-    """The saddle between U+S- and U- at an angle: it lies on the sheet that U+S- meets at its fold."""
+    """The saddle between U+S- and U- at an angle: see `saddle_beyond_fold`."""
     if scene.planar:
         raise SceneError("Scene.shear = 0.0: the saddle between U+S- and U- needs a sheared scene")
     scene = replace(scene, start="U+S-")
     problem, start = states.named(scene, **mesh)
-    passed, point = _landing(problem, start, angle, 1, steps or steps_for(scene))
-    if point is None or point.index != 1 or angle > passed[0].point.parameter:
-        fold = f"its fold is at {passed[0].point.parameter:.6g}" if passed else "it has no fold"
-        raise SolverError(f"no saddle between U+S- and U- at angle = {angle:.6g}: {fold}")
-    return scene, problem, point
+    return scene, problem, saddle_beyond_fold(problem, start, angle, steps or steps_for(scene))
 
 
 @checked

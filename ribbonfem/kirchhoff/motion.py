@@ -25,8 +25,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ribbonfem.continuation import at_parameter, first_point
-from ribbonfem.continuation.curves import as_far, steps_for
+from ribbonfem.continuation.curves import steps_for
+from ribbonfem.continuation.saddles import lowest_saddle
 from ribbonfem.ends import moving
 from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import History, RestState, snaps_since
@@ -124,7 +124,7 @@ def simulate(
     else:
         problem = states.in_control(scene, **mesh)
         start, first, began = initial_states.of(problem, scene, initial)
-    barrier = _lowest_saddle(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
+    barrier = _barrier(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ends = moving(scene, began=began) if began else None
     since = began + snaps_since(scene, until, "kirchhoff", mesh) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
@@ -133,23 +133,12 @@ def simulate(
 
 
 @lru_cache(maxsize=16)
-def _lowest_saddle(scene: Scene, angle: float, *, elements: int, extensible: bool) -> float:
-    """Lowest energy of the states with one unstable direction at an angle, on the curve through the start.
+def _barrier(scene: Scene, control: float, *, elements: int, extensible: bool) -> float:
+    """Energy of the lowest saddle at a control; -inf if there is none: nothing is then decided early.
 
-    -inf if there is none, and where a force acts at midspan, whose energy the loop does not know: nothing is
-    then decided early.
+    Nor where a force acts at midspan, whose energy the loop does not know.
     """
     problem, state = states.named(scene, elements=elements, extensible=extensible)
-    if scene.controls(angle)["force"]:
+    if scene.controls(control)["force"]:
         return -np.inf
-    steps, span = steps_for(scene), (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
-    if scene.clamps_turn:
-        span = (-3.0, 3.0)
-    energies = []
-    for sign in (-1.0, 1.0):
-        first = first_point(problem, state, scene.begin, sign)
-        for segment in as_far(problem, first, span, scene, steps):
-            ends = segment.start.parameter - angle, segment.end.parameter - angle
-            if ends[0] * ends[1] < 0.0 and segment.start.index == segment.end.index == 1:
-                energies.append(problem.potential(at_parameter(problem, segment, angle, steps).state))
-    return min(energies, default=-np.inf)
+    return lowest_saddle(problem, state, problem.potential, scene, control, steps_for(scene))
