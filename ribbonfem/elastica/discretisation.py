@@ -13,6 +13,7 @@ from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels import KINK, MEAN, Ramp, Scheme
+from ribbonfem.stepping.kernels.guess import CLOCK_SIZE
 
 from . import initial_states
 from .kernels import arrays, condensed, loop, tangent
@@ -90,7 +91,7 @@ class MovingBeam:
         elements, groups = problem.elements, groups_of(problem.elements)
         beam = discretised(problem)
         retards = beam.retardation > 0.0
-        clock = np.zeros(arrays.CLOCK_SIZE)
+        clock = np.zeros(CLOCK_SIZE)
         clock[KINK] = 1.0
         state = {
             "v": np.zeros((groups, PHI, WIDTH)),

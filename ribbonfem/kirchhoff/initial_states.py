@@ -12,6 +12,7 @@ from ribbonfem.results import Array, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.kernels import KINK
 from ribbonfem.stepping.kernels import arrays as clocks
+from ribbonfem.stepping.kernels.guess import CLOCK_SIZE
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
@@ -26,7 +27,7 @@ def at_rest(problem: Statics, state: Frames, retards: bool = False) -> arrays.Mo
     x[:, :3] = problem.positions(state, state.at)
     # the right clamp, to the last digit
     x[-1, :3] = problem.ends.reach(state.at)[0]
-    clock = np.zeros(arrays.CLOCK_SIZE)
+    clock = np.zeros(CLOCK_SIZE)
     clock[KINK] = 1.0
     return arrays.Motion(
         x=x,

@@ -9,6 +9,7 @@ import numpy as np
 from ribbonfem.ends.planar_kernels import PLACES
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels import KINK, STEPS, Ramp, Scheme
+from ribbonfem.stepping.kernels.guess import CLOCK_SIZE
 
 from .kernels import beam, loop
 from .mesh import ENDS, mesh_of
@@ -54,7 +55,7 @@ def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
     n = problem.mesh.count
     ends = np.zeros((3, ENDS))
     ends[0] = state.z[n:]
-    still, clock = np.zeros(n), np.zeros(beam.CLOCK_SIZE)
+    still, clock = np.zeros(n), np.zeros(CLOCK_SIZE)
     clock[KINK] = 1.0
     return {
         "z": state.z[:n],

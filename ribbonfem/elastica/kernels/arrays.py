@@ -12,13 +12,8 @@ from ribbonfem.jit.references import by_reference
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
-from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
 from .beam import PHI, ROWS, Beam, P, Solver
-
-# places in the clock behind those of Newton: stages remembered, and how many when the step began
-POINTS, KNOWN = range(COMMON, COMMON + 2)
-CLOCK_SIZE = COMMON + 2
 
 
 @by_reference

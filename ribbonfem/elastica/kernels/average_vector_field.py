@@ -22,10 +22,10 @@ from ribbonfem.jit.simd import WIDTH, greatest, larger, load, spread, store, sum
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.allowed_error import allowed_error
 from ribbonfem.stepping.kernels.arrays import GAINED, TIME
-from ribbonfem.stepping.kernels.guess import MEMORY
+from ribbonfem.stepping.kernels.guess import KNOWN, MEMORY, POINTS
 
 from . import condensed, tangent
-from .arrays import KNOWN, POINTS, Motion, Moving, Scratch
+from .arrays import Motion, Moving, Scratch
 from .beam import FORCE, PHI, ROWS, Beam, P, Z
 from .ends import set_places
 from .energies import kinetic_energy

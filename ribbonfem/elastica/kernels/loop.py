@@ -24,14 +24,14 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
+from ribbonfem.stepping.kernels.guess import KNOWN, MEMORY, POINTS, next_slot, put_weights, reject, rescale
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from ribbonfem.stepping.kernels.strains import know_strains
 
 from . import average_vector_field as means
 from . import condensed, consistent_initialisation, residual, tangent
-from .arrays import KNOWN, POINTS, Moving
+from .arrays import Moving
 from .beam import FORCE, PHI, ROWS, P, Z
 from .ends import set_places, set_turns
 from .energies import elastic_state, kinetic_energy, potential_energy, power
@@ -88,9 +88,7 @@ _mean_newton = newton_of(Equations(means.residual, means.factorise, _solve, mean
 def _remember(model: Moving, clock: Array, time: float, u: Array, a: Array) -> None:
     """Keep a solved stage for guesses."""
     t = model.scratch
-    slot = int(clock[POINTS]) % MEMORY
-    clock[POINTS] += 1.0
-    t.known_time[slot] = time
+    slot = next_slot(t.known_time, clock, time)
     for group in range(u.shape[0]):
         for row in range(PHI):
             store(t.known_u, (slot, group, row), load(a, (group, row)))
@@ -183,15 +181,6 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
         clock[POINTS] = 0.0
         _remember(model, clock, clock[TIME], y.u, y.a)
     return impulse
-
-
-@compiled(**OPTIONS)
-def _rescale(model: Moving, ratio: float) -> None:
-    y = model.motion
-    for group in range(y.a.shape[0]):
-        for row in range(PHI):
-            a = load(y.a, (group, row))
-            store(y.auxiliary, (group, row), a + ratio * (load(y.auxiliary, (group, row)) - a))
 
 
 @compiled(**OPTIONS)
@@ -330,11 +319,6 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
 
 
 @compiled(**OPTIONS)
-def _reject(model: Moving, clock: Array) -> None:
-    clock[POINTS] = clock[KNOWN]
-
-
-@compiled(**OPTIONS)
 def _accept(model: Moving, m: Scheme, h: float) -> None:
     """Take over the last stage."""
     t, y = model.scratch, model.motion
@@ -366,18 +350,18 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
 
 
 _loop = loop_of(
-    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, record)
+    ModelFunctions(_project, rescale, _begin, _stage, _flows, _error, reject, _accept, _measure, record)
 )
 # a loop of its own: the other is compiled without its solver
 _mean_loop = loop_of(
     ModelFunctions(
         _project,
-        _rescale,
+        rescale,
         _mean_begin,
         _mean_stage,
         means.flows,
         _mean_error,
-        _reject,
+        reject,
         _mean_accept,
         _measure,
         record,

@@ -11,14 +11,10 @@ from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import ROW_SIZE as COLUMNS
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
-from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
 from .batch import WIDTH, groups_of
 from .rod import P, Rod, Solver
 
-# places in the clock behind those of Newton: stages remembered, and how many when the step began
-POINTS, KNOWN = range(COMMON, COMMON + 2)
-CLOCK_SIZE = COMMON + 2
 # a column of rows behind those of the time loop
 SLOPE = COLUMNS
 ROW_SIZE = COLUMNS + 1

@@ -21,7 +21,7 @@ from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import TIME, Ramp
-from ribbonfem.stepping.kernels.guess import MEMORY
+from ribbonfem.stepping.kernels.guess import KNOWN, MEMORY, POINTS
 from ribbonfem.stepping.kernels.newton import (
     ASSEMBLIES,
     KEEP,
@@ -32,7 +32,7 @@ from ribbonfem.stepping.kernels.newton import (
     SMALLEST_CHANGE,
 )
 
-from .arrays import KNOWN, POINTS, Motion, Scratch
+from .arrays import Motion, Scratch
 from .batch import INLINED, OPTIONS, collect, force_at
 from .condensed import factorise, solve
 from .gauss_point import bend, interpolated_group, tangent_of

@@ -29,11 +29,12 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
+from ribbonfem.stepping.kernels.guess import KNOWN, POINTS, reject, rescale
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import renew
 from ribbonfem.stepping.kernels.strains import know_strains
 
-from .arrays import KNOWN, POINTS, SLOPE, Motion, Moving, Scratch
+from .arrays import SLOPE, Motion, Moving, Scratch
 from .average_vector_field import conserve, error_by_means, guess_ringing, mean_kinetic
 from .batch import OPTIONS, WIDTH
 from .consistent_initialisation import project, tangents
@@ -111,14 +112,6 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
         t.a[:] = 0.0
         t.tangent_rate[:] = 0.0
     return impulse
-
-
-@compiled(**OPTIONS)
-def _rescale(model: Moving, ratio: float) -> None:
-    y = model.motion
-    for i in range(y.a.shape[0]):
-        for c in range(4):
-            y.auxiliary[i, c] = y.a[i, c] + (y.auxiliary[i, c] - y.a[i, c]) * ratio
 
 
 @compiled(**OPTIONS)
@@ -247,11 +240,6 @@ def _mean_error(model: Moving, m: Scheme, h: float) -> float:
 
 
 @compiled(**OPTIONS)
-def _reject(model: Moving, clock: Array) -> None:
-    clock[POINTS] = clock[KNOWN]
-
-
-@compiled(**OPTIONS)
 def _accept(model: Moving, m: Scheme, h: float) -> None:
     """Take over the last stage; theta starts anew."""
     t, y = model.scratch, model.motion
@@ -345,18 +333,18 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
 
 
 _loop = loop_of(
-    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, rescale, _begin, _stage, _flows, _error, reject, _accept, _measure, _record)
 )
 # a loop of its own: two solvers in one are no longer compiled into it, which costs both
 _mean_loop = loop_of(
     ModelFunctions(
         _project,
-        _rescale,
+        rescale,
         _mean_begin,
         _mean_stage,
         _mean_flows,
         _mean_error,
-        _reject,
+        reject,
         _mean_accept,
         _measure,
         _record,

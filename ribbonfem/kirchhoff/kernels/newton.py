@@ -14,10 +14,10 @@ from ribbonfem.jit.simd import load, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import Ramp
-from ribbonfem.stepping.kernels.guess import MEMORY, put_weights
+from ribbonfem.stepping.kernels.guess import MEMORY, POINTS, next_slot, put_weights
 from ribbonfem.stepping.kernels.newton import Equations, newton_of
 
-from .arrays import POINTS, Moving, Scratch
+from .arrays import Moving, Scratch
 from .batch import INLINED, OPTIONS
 from .condensed import factorise, solve
 from .consistent_initialisation import tangents
@@ -146,9 +146,7 @@ def newton(model: Moving, b: float, f: float, ft: float, ramp: Ramp, clock: Arra
 @compiled(**OPTIONS)
 def remember(t: Scratch, clock: Array, time: float, g: Array, n: Array, a: Array) -> None:
     """Keep a solved stage for guesses."""
-    slot = int(clock[POINTS]) % MEMORY
-    clock[POINTS] += 1.0
-    t.known_time[slot] = time
+    slot = next_slot(t.known_time, clock, time)
     copy(g, t.known_g[slot])
     copy(n, t.known_n[slot])
     copy(a, t.known_a[slot])

@@ -16,11 +16,7 @@ from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.references import by_reference
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
-from ribbonfem.stepping.kernels.newton import CLOCK_SIZE as COMMON
 
-# places in the clock behind those of Newton: stages remembered, and how many when the step began
-POINTS, KNOWN = range(COMMON, COMMON + 2)
-CLOCK_SIZE = COMMON + 2
 ENDS = 4
 
 

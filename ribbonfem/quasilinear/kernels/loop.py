@@ -21,13 +21,22 @@ from ribbonfem.stepping.kernels.arrays import (
     Ramp,
     Scheme,
 )
-from ribbonfem.stepping.kernels.guess import GUESS, MEMORY, put_weights
+from ribbonfem.stepping.kernels.guess import (
+    GUESS,
+    KNOWN,
+    MEMORY,
+    POINTS,
+    next_slot,
+    put_weights,
+    reject,
+    rescale,
+)
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 
 from . import consistent_initialisation
 from .bands import dot
-from .beam import ENDS, KNOWN, POINTS, Moving
+from .beam import ENDS, Moving
 from .stage import at_end, factorise, give, give_retarded, move, residual, set_ends, solve, square
 
 # an increment that leads nowhere
@@ -40,9 +49,8 @@ _newton = newton_of(Equations(residual, factorise, solve, move))
 def _remember(model: Moving, clock: Array, time: float, a: Array, load: float) -> None:
     """Keep a solved stage for guesses."""
     t = model.scratch
-    slot = int(clock[POINTS]) % MEMORY
-    clock[POINTS] += 1.0
-    t.known_time[slot], t.known_load[slot] = time, load
+    slot = next_slot(t.known_time, clock, time)
+    t.known_load[slot] = load
     copy(a, t.known_a[slot])
 
 
@@ -99,13 +107,6 @@ def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) 
         clock[POINTS] = 0.0
         _remember(model, clock, clock[TIME], y.a, y.load[0])
     return impulse
-
-
-@compiled(**OPTIONS)
-def _rescale(model: Moving, ratio: float) -> None:
-    y = model.motion
-    for k in range(y.a.shape[0]):
-        y.auxiliary[k] = y.a[k] + (y.auxiliary[k] - y.a[k]) * ratio
 
 
 @compiled(**OPTIONS)
@@ -168,11 +169,6 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
         error = max(error, beam.height[k] * abs(change))
         speed = max(speed, beam.height[k] * abs(t.v[k]))
     return h * error / allowed_error(beam.scale * speed)
-
-
-@compiled(**OPTIONS)
-def _reject(model: Moving, clock: Array) -> None:
-    clock[POINTS] = clock[KNOWN]
 
 
 @compiled(**OPTIONS)
@@ -273,7 +269,7 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
 
 
 _loop = loop_of(
-    ModelFunctions(_project, _rescale, _begin, _stage, _flows, _error, _reject, _accept, _measure, _record)
+    ModelFunctions(_project, rescale, _begin, _stage, _flows, _error, reject, _accept, _measure, _record)
 )
 
 
