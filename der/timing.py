@@ -42,23 +42,8 @@ def parts(scene: Scene, nodes: int) -> dict[str, Callable[[], Any]]:
     factors, right = shifted.copy(), np.zeros(4 * nodes + kernels.WIDTH)
 
     def assemble(second: bool) -> None:
-        kernels.assemble(
-            tangent,
-            inverse,
-            m1,
-            twist,
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            rod.shape,
-            viscous,
-            1.0,
-            gradient,
-            hessian,
-            energies,
-            second,
-            nodes,
-        )
+        material, sums = (rod.stiffness, rod.rest, rod.stretch, rod.shape), (gradient, hessian, energies)
+        kernels.assemble(material, tangent, inverse, m1, twist, viscous, 1.0, *sums, second, nodes)
 
     def factor() -> None:
         factors[:] = shifted

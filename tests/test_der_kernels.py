@@ -36,8 +36,8 @@ STRAIGHT, RESTING = np.zeros((N, 2)), np.zeros((N, 4))
 
 def assemble(x, m1, twist, second=True, shape=STRAIGHT, viscous=RESTING, rise=1.0):
     gradient, hessian, energies = np.zeros(4 * N), np.zeros((4 * N + 10, 11)), np.zeros(3)
-    material = STIFFNESS, REST, STRETCH, shape, viscous, rise
-    kernels.assemble(*edges(x), m1, twist, *material, gradient, hessian, energies, second, N)
+    sums = gradient, hessian, energies
+    kernels.assemble((STIFFNESS, REST, STRETCH, shape), *edges(x), m1, twist, viscous, rise, *sums, second, N)
     return energies.sum(), gradient, hessian
 
 
@@ -83,7 +83,9 @@ def test_gradient_and_hessian_against_differences(seed):
 def resist(state, velocity, retardation=0.7):
     strains, viscous = np.zeros((N, 4)), np.zeros((N, 4))
     x, m1, twist = state
-    kernels.resist(*edges(x), m1, twist, STIFFNESS, REST, STRETCH, velocity, retardation, strains, viscous)
+    none = np.zeros(0)
+    rod = kernels.Rod(STIFFNESS, REST, STRETCH, none, none, STRAIGHT, none, retardation)
+    kernels.resist(rod, *edges(x), m1, twist, velocity, strains, viscous)
     return strains, viscous
 
 

@@ -146,18 +146,9 @@ def test_small_motions_decay_as_the_material_says():
 
 def hessian_at(rod, state, rise):
     hessian, size = np.zeros((4 * rod.nodes + kernels.WIDTH, kernels.WIDTH + 1)), 4 * rod.nodes
-    material = rod.stiffness, rod.rest, rod.stretch, rod.shape, np.zeros((rod.nodes, 4)), rise
-    kernels.assemble(
-        *state.edges,
-        state.m1,
-        state.twist,
-        *material,
-        np.zeros(size),
-        hessian,
-        np.zeros(3),
-        True,
-        rod.nodes,
-    )
+    material, sums = (rod.stiffness, rod.rest, rod.stretch, rod.shape), (np.zeros(size), hessian, np.zeros(3))
+    edges, viscous = (*state.edges, state.m1, state.twist), np.zeros((rod.nodes, 4))
+    kernels.assemble(material, *edges, viscous, rise, *sums, True, rod.nodes)
     return hessian
 
 

@@ -33,21 +33,7 @@ from .frames import OPTIONS
 
 @compiled(**OPTIONS)
 def assemble(
-    tangent,
-    inverse,
-    m1,
-    twist,
-    stiffness,
-    rest,
-    stretch,
-    shape,
-    viscous,
-    rise,
-    gradient,
-    hessian,
-    energies,
-    second,
-    nodes,
+    material, tangent, inverse, m1, twist, viscous, rise, gradient, hessian, energies, second, nodes
 ):
     """Energy and its first and second derivatives, from the edges and directors of a configuration.
 
@@ -57,11 +43,13 @@ def assemble(
     which vanishes in equilibrium.  Without `second` the Hessian is not touched.  Only the terms
     of the first `nodes` nodes are summed: 4 suffice for the reaction of the left clamp.
 
-    The parts of the moments (6) that are viscous are in `viscous` (N, 4), and 1 + r pace of (7) is `rise`.
+    The material is stiffness, rest, stretch and shape of `arrays.Rod`.  The parts of the moments (6) that are
+    viscous are in `viscous` (N, 4), and 1 + r pace of (7) is `rise`.
     """
     gradient[: 4 * nodes] = 0.0
     if second:
         hessian[:] = 0.0
+    stiffness, rest, stretch, shape = material
     bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
     # (7) the stiffness against a change of strain
     stiff_1, stiff_2, stiff_t = bend_1 * rise, bend_2 * rise, turn * rise
@@ -220,11 +208,12 @@ def assemble(
 
 
 @compiled(**OPTIONS)
-def resist(tangent, inverse, m1, twist, stiffness, rest, stretch, velocity, retardation, strains, viscous):
+def resist(rod, tangent, inverse, m1, twist, velocity, strains, viscous):
     """The viscous parts (N, 4) of the moments (6) at velocities (4 N,), and the strains (N, 4).
 
     Of a node kappa_1, kappa_2, tau, and that of the edge behind it.
     """
+    stiffness, rest, stretch, retardation = rod.stiffness, rod.rest, rod.stretch, rod.retardation
     bend_1, bend_2, turn = stiffness[0] / rest, stiffness[1] / rest, stiffness[2] / rest
     te, ie = triple(tangent, 0), inverse[0]
     m1e = triple(m1, 0)

@@ -83,23 +83,8 @@ def equations(
     nodes = twist.shape[0]
     gradient, energies, viscous = np.empty(4 * nodes), np.empty(3), np.zeros((nodes, 4))
     hessian = np.empty((4 * nodes + WIDTH, WIDTH + 1))
-    assemble(
-        tangent,
-        inverse,
-        m1,
-        twist,
-        stiffness,
-        rest,
-        stretch,
-        shape,
-        viscous,
-        1.0,
-        gradient,
-        hessian,
-        energies,
-        second,
-        nodes,
-    )
+    material, sums = (stiffness, rest, stretch, shape), (gradient, hessian, energies)
+    assemble(material, tangent, inverse, m1, twist, viscous, 1.0, *sums, second, nodes)
     # the node at midspan, or the two beside it
     one, other = (nodes - 1) // 2, nodes // 2
     for r in range(3):

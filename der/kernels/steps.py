@@ -30,36 +30,10 @@ from .frames import INLINED, OPTIONS, carry, edges
 def sum_up(rod, m1, twist, s, velocity, pace, second, nodes):
     """`assemble` for the edges in s.tangent and s.inverse, into s.gradient, s.factors, s.energies."""
     if rod.retardation > 0.0:
-        resist(
-            s.tangent,
-            s.inverse,
-            m1,
-            twist,
-            rod.stiffness,
-            rod.rest,
-            rod.stretch,
-            velocity,
-            rod.retardation,
-            s.strains,
-            s.viscous,
-        )
-    assemble(
-        s.tangent,
-        s.inverse,
-        m1,
-        twist,
-        rod.stiffness,
-        rod.rest,
-        rod.stretch,
-        rod.shape,
-        s.viscous,
-        1.0 + rod.retardation * pace,
-        s.gradient,
-        s.factors,
-        s.energies,
-        second,
-        nodes,
-    )
+        resist(rod, s.tangent, s.inverse, m1, twist, velocity, s.strains, s.viscous)
+    material = rod.stiffness, rod.rest, rod.stretch, rod.shape
+    rise, sums = 1.0 + rod.retardation * pace, (s.gradient, s.factors, s.energies)
+    assemble(material, s.tangent, s.inverse, m1, twist, s.viscous, rise, *sums, second, nodes)
 
 
 @compiled(**OPTIONS)
