@@ -19,17 +19,21 @@ from .scene import Scene, SceneError
 Array = NDArray[np.float64]
 
 
+def name_and_unit(scene: Scene | None) -> tuple[str, str]:
+    """Of a scene's control: alpha where only clamps turn."""
+    return ("alpha", "rad") if scene is None or scene.clamps_turn else ("control", scene.drives.unit)
+
+
 def control_text(scene: Scene | None, control: float, form: str = ".6g") -> str:
-    """The control with its name and unit: alpha where only clamps turn."""
-    name, unit = ("alpha", "rad") if scene is None or scene.clamps_turn else ("control", scene.drives.unit)
+    """The control with its name and unit."""
+    name, unit = name_and_unit(scene)
     return f"{name} {control:{form}} {unit}".rstrip()
 
 
 def axis_of(scene: Scene | None) -> str:
     """The head of a column of controls."""
-    if scene is None or scene.clamps_turn:
-        return "alpha (rad)"
-    return f"control ({scene.drives.unit})" if scene.drives.unit else "control"
+    name, unit = name_and_unit(scene)
+    return f"{name} ({unit})" if unit else name
 
 
 class Controlled(Value):
@@ -174,8 +178,7 @@ class Branch(Controlled):
         return len(self.control)
 
     def __repr__(self) -> str:
-        in_radians = self.scene is None or self.scene.clamps_turn
-        name, unit = ("alpha", "rad") if in_radians else ("control", self.scene.drives.unit)
+        name, unit = name_and_unit(self.scene)
         span = f"{name} {self.control.min():.4g} .. {self.control.max():.4g} {unit}" if len(self) else "empty"
         folds = ", ".join(f"{fold.control:.6g}" for fold in self.folds) or "none"
         return (

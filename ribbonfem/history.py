@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .equilibria import Array, Controlled, Instability, axis_of, caption, uniform
+from .equilibria import Array, Controlled, Instability, axis_of, caption, name_and_unit, uniform
 from .events import kinks_of, root
 from .frozen import called_later, html_table, short_options, some_rows
 from .scene import Scene, as_number, shown
@@ -116,8 +116,7 @@ class History(Controlled):
         if not len(self):
             return f"History({self.model or 'any model'}, empty; {short_options(self.options)})"
         snap, leaves = self.snap, self.unstable_from
-        in_radians = self.scene is None or self.scene.clamps_turn
-        name, unit = ("alpha", "rad") if in_radians else ("control", self.scene.drives.unit)
+        name, unit = name_and_unit(self.scene)
         share = self.stats.get("numerical_dissipation_share", 0.0)
         lost = self.stats.get("numerical_dissipation", 0.0)
         return (
