@@ -41,7 +41,7 @@ def test_kernel_is_the_readable_form(elements, degree):
     model = discretisation.MovingBeam(problem, begin, method_of("esdirk4").as_scheme(), 2).model
     t = model.scratch
     t.z[:], t.load[0], t.ends[:] = z, load, ends
-    stage.give(model.beam, t, nu)
+    stage.put_loads(model.beam, t, nu)
     # a = (z - zp) / b and v = vp + f a
     rp, vp = z - b * a, v - f * a
     t.known[:] = sigma * rp - nu * vp

@@ -48,9 +48,9 @@ class OutOfPlane:
     def index(self, state: _State) -> int:
         """Number of unstable directions out of the plane."""
         problem = self.problem
-        kappa, _, _, along, across = problem.section(state)
+        kappa, _, _, tension, shear = problem.section(state)
         moment = kappa - problem.natural(state)
-        stretch = 1.0 + problem.compliance * along
+        stretch = 1.0 + problem.compliance * tension
         value, grad, dx = problem.tables.value, problem.tables.slope[0], problem.tables.weights
 
         def form(left: Array, right: Array, factor: Array) -> Array:
@@ -61,10 +61,10 @@ class OutOfPlane:
             value, value, self.bending * kappa**2 - moment * kappa
         )
         beta = self.bending * form(grad, grad, one)
-        beta += form(value, value, self.twist * kappa**2 - moment * kappa + stretch * along)
+        beta += form(value, value, self.twist * kappa**2 - moment * kappa + stretch * tension)
         mixed = form(grad, value, 0.5 * moment - self.twist * kappa)
         mixed += form(value, grad, self.bending * kappa - 0.5 * moment)
-        mixed -= form(value, value, 0.5 * stretch * across)
+        mixed -= form(value, value, 0.5 * stretch * shear)
         tangent = np.block([[theta, mixed], [mixed.swapaxes(1, 2), beta]])
         count = 2 * len(problem.arclength)
         band: Array = np.zeros((count, self._width + 1))

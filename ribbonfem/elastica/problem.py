@@ -231,9 +231,9 @@ class Statics:
     def _moving(self, state: _State, velocity: Array, control_rate: float) -> tuple[Array, Array, Array]:
         """`moving`; and (elements, P, 2) at the Gauss points derivatives of r' in phi, and tangents."""
         c = self.compliance
-        _, cos, sin, along, across = self.section(state)
+        _, cos, sin, tension, shear = self.section(state)
         tangent, normal = np.stack((cos, sin), axis=2), np.stack((-sin, cos), axis=2)
-        by_turn = (1.0 + c * along)[:, :, None] * normal + (c * across)[:, :, None] * tangent
+        by_turn = (1.0 + c * tension)[:, :, None] * normal + (c * shear)[:, :, None] * tangent
         ends = control_rate * self.rig.moves
         phi = np.concatenate(([-ends[LEFT]], velocity[:-2], [ends[RIGHT]]))
         at_points = phi[self.nodes] @ self.tables.value.T
@@ -243,14 +243,14 @@ class Statics:
 
     def energy(self, state: _State) -> float:
         """Elastic energy in EI2/L, of bending and of stretch."""
-        bent, _, _, along, _ = self.section(state)
-        density = (bent - self.natural(state)) ** 2 + self.compliance * along**2
+        bent, _, _, tension, _ = self.section(state)
+        density = (bent - self.natural(state)) ** 2 + self.compliance * tension**2
         return 0.5 * float(np.sum(self.tables.weights * density))
 
     def shape(self, state: _State) -> tuple[Array, Array]:
         """x and z (nodes,), by quadrature from the left clamp."""
-        _, cos, sin, along, _ = self.section(state)
-        stretch = 1.0 + self.compliance * along
+        _, cos, sin, tension, _ = self.section(state)
+        stretch = 1.0 + self.compliance * tension
         x, z = self.tables.integral(np.stack((cos * stretch, sin * stretch), axis=2)).T
         return x, z
 

@@ -53,14 +53,14 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> _State:
 def _reactions(problem: Statics, state: _State) -> Array:
     """(2, 6) of both clamps at rest (`RestState.reactions`)."""
     mesh, force = problem.mesh, problem.force(state)
-    bent, _, _, along, across = problem.section(state)
+    bent, _, _, tension, shear = problem.section(state)
     moment = bent - problem.natural(state)
-    shear = mesh.weights * (1.0 + problem.compliance * along) * across
+    couple = mesh.weights * (1.0 + problem.compliance * tension) * shear
     result = np.zeros((2, 6))
     for clamp, (e, i) in enumerate(((0, 0), (-1, P))):
         result[clamp, [0, 2]] = mesh.coupling[:, i] @ force[e] - mesh.lumps[i] * problem.rig.weight
         # (phi turns about -y)
-        result[clamp, 4] = mesh.tables.value[:, i] @ shear[e] - mesh.coupling[:, i] @ moment[e]
+        result[clamp, 4] = mesh.tables.value[:, i] @ couple[e] - mesh.coupling[:, i] @ moment[e]
     return result
 
 

@@ -133,12 +133,12 @@ def power_of(
     pose: ndarray,
     left: tuple[float, float, float],
     right: tuple[float, float, float],
-    pull: tuple[float, float, float],
+    force: tuple[float, float, float],
     speed: float,
 ) -> float:
     """Power of all controls: moments of the clamps on the ribbon (in their bodies' axes), the force of the
     right one, and the force at midspan, which moves along z at `speed`."""
     total = -pose[PUSH] * speed
     for c in range(3):
-        total += left[c] * pose[SPIN + c] + right[c] * pose[SPIN + 3 + c] + pull[c] * pose[SPEED + c]
+        total += left[c] * pose[SPIN + c] + right[c] * pose[SPIN + 3 + c] + force[c] * pose[SPEED + c]
     return total

@@ -262,10 +262,10 @@ class Statics:
         Bending rotations have no inertia; the mass is lumped at the nodes, as in `simulate`.
         """
         tables, c = self.tables, self.compliance
-        moved, spin, bend, tangent = self._moving(state, velocity, control_rate)
+        moved, spin, by_frame, tangent = self._moving(state, velocity, control_rate)
         weights = self._integral_adjoint(self.mass[:, None] * moved)
         result = np.zeros_like(state.g)
-        share = np.einsum("ekb,ekbc->ekc", weights, bend)
+        share = np.einsum("ekb,ekbc->ekc", weights, by_frame)
         np.add.at(result, self._local, np.einsum("ki,ekc->eic", tables.value, share))
         result += 2.0 * self.spin * (self.mass * spin)[:, None] * about(state.g)
         # a tension is the same all along: n has the momentum of the stretch that it makes
@@ -294,17 +294,17 @@ class Statics:
         change = np.einsum("ki,eic->ekc", tables.value, rate[self._local])
         tangent, derivative = tangents_of(q)
         forces = state.force + self.loads(state.at)
-        pull = np.einsum("ekb,ekb->ek", tangent, forces)
+        tension = np.einsum("ekb,ekb->ek", tangent, forces)
         # d r' = (1 + c n.t) dt + c t (n.dt + t.dn), as a matrix of dq
-        bend = (1.0 + c * pull)[:, :, None, None] * derivative
-        bend += c * tangent[:, :, :, None] * np.einsum("ekb,ekbc->ekc", forces, derivative)[:, :, None]
+        by_frame = (1.0 + c * tension)[:, :, None, None] * derivative
+        by_frame += c * tangent[:, :, :, None] * np.einsum("ekb,ekbc->ekc", forces, derivative)[:, :, None]
         points = tables.points[:, :, None]
         pulled = velocity[-3:] + control_rate * (points < 0.5) * self.ends.force(state.at)[1]
         longer = c * np.einsum("ekb,ekb->ek", tangent, pulled)
-        moved = np.einsum("ekbc,ekc->ekb", bend, change) + longer[:, :, None] * tangent
+        moved = np.einsum("ekbc,ekc->ekb", by_frame, change) + longer[:, :, None] * tangent
         # half the angle about t is the increment along g i
         spin = 2.0 * np.sum(about(state.g) * rate, axis=1)
-        return self._integral(moved), spin, bend, tangent
+        return self._integral(moved), spin, by_frame, tangent
 
     def middle(self, state: Frames) -> tuple[Array, Array]:
         """Position and unit tangent at midspan, (3,) each."""

@@ -31,9 +31,9 @@ def reactions_of(problem: Statics, state: Frames) -> Array:
         q, p = tables.value @ g, tables.slope[element] @ g
         conjugate = q * (1.0, -1.0, -1.0, -1.0)
         strain = 2.0 * _product(conjugate, p)[..., 1:] / np.sum(q * q, axis=-1)[..., None]
-        pull = np.sum(tangents_of(q)[0] * (state.force + loads[element]), axis=-1)
+        tension = np.sum(tangents_of(q)[0] * (state.force + loads[element]), axis=-1)
         bent = (strain - problem.unbent(state.at)[element]) ** 2 @ problem.stiffness
-        density = 0.5 * bent - pull - 0.5 * problem.compliance * pull**2
+        density = 0.5 * bent - tension - 0.5 * problem.compliance * tension**2
         result[clamp, 3:] = (density @ tables.weights[element]).imag / _STEP
     return result
 

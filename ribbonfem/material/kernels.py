@@ -27,9 +27,9 @@ def moments_of(stiffness: Array, offset: Vector, strain: Vector) -> Vector:
 
 
 @compiled(inline=True, fastmath={"contract", "reassoc", "nsz"})
-def stretch_of(compliance: float, offset: Value, pull: Value) -> Value:
+def stretch_of(compliance: float, offset: Value, tension: Value) -> Value:
     """The length of r' under a tension n.t."""
-    return 1.0 + offset + compliance * pull
+    return 1.0 + offset + compliance * tension
 
 
 @compiled(inline=True, fastmath={"contract", "reassoc", "nsz"})

@@ -70,7 +70,7 @@ def residual(model: Moving, sigma: float) -> None:
             before, _ = resolved(y.u, group, k, cos0, sin0)
             start, _ = resolved(t.u, group, k, cos0, sin0)
             end, _ = resolved(t.u, group, k, cos1, sin1)
-            _, across = resolved(t.u, group, k, cos, sin)
+            _, shear = resolved(t.u, group, k, cos, sin)
             weight = beam.weights[k]
             # the mean axial force, and that of the end which makes it
             stretch = weight * (1.0 + compliance * (start + end - before))
@@ -78,7 +78,7 @@ def residual(model: Moving, sigma: float) -> None:
             store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin1)
             store(points, (0, k), moment_of(beam, group, k, (0.5 / weight) * (bent0 + bent1)))
             mean = weight * (1.0 + (0.5 * compliance) * (start + end))
-            store(points, (1, k), mean * _sinc(0.5 * (last - first)) * across)
+            store(points, (1, k), mean * _sinc(0.5 * (last - first)) * shear)
         for i in range(P + 1):
             x = z = moment = spread(0.0)
             for k in range(P):

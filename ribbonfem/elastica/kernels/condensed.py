@@ -133,7 +133,7 @@ def _backward(s: Solver) -> None:
 
 
 @compiled(**INLINED)
-def _hand_out(beam: Beam, s: Solver, group: int, sigma: float) -> None:
+def _scatter(beam: Beam, s: Solver, group: int, sigma: float) -> None:
     """Increments of a group from s.local_right into s.rest; of r inside from those of n."""
     f, rest, inverse = s.local_right, s.rest, -1.0 / sigma
     for c in range(2):
@@ -194,4 +194,4 @@ def solve(beam: Beam, s: Solver, sigma: float) -> None:
             s.local_right[group, AS_RIGHT[i], lane] = s.right[e + 1, i]
     _backward(s)
     for group in range(groups):
-        _hand_out(beam, s, group, sigma)
+        _scatter(beam, s, group, sigma)

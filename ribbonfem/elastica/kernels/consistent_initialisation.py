@@ -27,18 +27,18 @@ from .ends import set_places, set_turns
 from .gauss_point import Value, cosine_sine, interpolated, resolved
 from .law import put_strain_rates, put_strains, stretch_of
 from .residual import residual
-from .tangent import STIFF, fill
+from .tangent import PENALTY, fill
 
 # refinements of a solution at the most, and the part of it below which a change is none
 _MOST, _NONE = 12, 1e-11
 
 
 @compiled(**INLINED)
-def _stretch(beam: Beam, m: Motion, group: int, k: int, along: Value) -> Value:
+def _stretch(beam: Beam, m: Motion, group: int, k: int, tension: Value) -> Value:
     """The length of r' at a Gauss point; of a beam that retards the force does not tell it."""
     if beam.retardation > 0.0:
         return 1.0 + load(m.strain, (group, k, 1))
-    return stretch_of(beam, group, k, along)
+    return stretch_of(beam, group, k, tension)
 
 
 @compiled(**INLINED)
@@ -58,15 +58,15 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
 
     Rates of r and phi, and n, are in t.u; m.phi_rate are the rates of phi found first.
     """
-    axial = STIFF if beam.elastic[1] > 0.0 else 0.0
+    axial = PENALTY if beam.elastic[1] > 0.0 else 0.0
     for group in range(s.rest.shape[0]):
         for k in range(P):
             angle, _, _, _ = interpolated(beam.value, beam.coupling, m.u, group, k)
             rate, _, x, z = interpolated(beam.value, beam.coupling, t.u, group, k)
             cos, sin = cosine_sine(angle)
-            along, _ = resolved(m.u, group, k, cos, sin)
+            tension, _ = resolved(m.u, group, k, cos, sin)
             weight = beam.weights[k]
-            stretch = _stretch(beam, m, group, k, along)
+            stretch = _stretch(beam, m, group, k, tension)
             across, back = stretch * rate, spread(0.0)
             if second:
                 turn = spread(0.0)
@@ -79,8 +79,8 @@ def _put_gaps(beam: Beam, s: Solver, m: Motion, t: Scratch, second: bool) -> Non
             if second:
                 # the axial force of the stretched beam does not jump, but for its viscous part
                 if beam.retardation > 0.0 and axial > 0.0:
-                    along = (stretch - 1.0 - load(beam.offset, (group, k, 1))) * (1.0 / beam.elastic[1])
-                held = held - along
+                    tension = (stretch - 1.0 - load(beam.offset, (group, k, 1))) * (1.0 / beam.elastic[1])
+                held = held - tension
             back = axial * held - back
             store(s.rest, (group, FORCE + 2 * k), x + weight * (across * sin - back * cos))
             store(s.rest, (group, FORCE + 2 * k + 1), z - weight * (across * cos + back * sin))
@@ -94,9 +94,9 @@ def _put_impulses(beam: Beam, s: Solver, m: Motion, t: Scratch, old: Array) -> N
         for k in range(P):
             angle, _, _, _ = interpolated(beam.value, beam.coupling, m.u, group, k)
             cos, sin = cosine_sine(angle)
-            along, _ = resolved(m.u, group, k, cos, sin)
-            _, across = resolved(t.u, group, k, cos, sin)
-            store(s.points, (0, k), (beam.weights[k] * _stretch(beam, m, group, k, along)) * across)
+            tension, _ = resolved(m.u, group, k, cos, sin)
+            _, shear = resolved(t.u, group, k, cos, sin)
+            store(s.points, (0, k), (beam.weights[k] * _stretch(beam, m, group, k, tension)) * shear)
         for i in range(P + 1):
             x = z = moment = spread(0.0)
             for k in range(P):

@@ -43,10 +43,10 @@ def potential_energy(beam: Beam, u: Array) -> float:
 
 
 @compiled(**INLINED)
-def _moment_at(beam: Beam, group: int, k: int, i: int, bent: Value, along: Value, across: Value) -> Value:
+def _moment_at(beam: Beam, group: int, k: int, i: int, bent: Value, tension: Value, shear: Value) -> Value:
     """What a Gauss point has of the moment on node i of its element."""
     moment = beam.coupling[k, i] * moment_of(beam, group, k, bent * (1.0 / beam.weights[k]))
-    return moment - (beam.value[k, i] * beam.weights[k]) * stretch_of(beam, group, k, along) * across
+    return moment - (beam.value[k, i] * beam.weights[k]) * stretch_of(beam, group, k, tension) * shear
 
 
 @compiled(**OPTIONS)
@@ -56,8 +56,8 @@ def clamp_moment(beam: Beam, u: Array, group: int, place: int, i: int) -> float:
     for k in range(P):
         angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
         cos, sin = cosine_sine(angle)
-        along, across = resolved(u, group, k, cos, sin)
-        moment += _moment_at(beam, group, k, i, bent, along, across)
+        tension, shear = resolved(u, group, k, cos, sin)
+        moment += _moment_at(beam, group, k, i, bent, tension, shear)
     # (a lane is a constant)
     if place == 0:
         return lane(moment, 0)
@@ -124,17 +124,17 @@ def elastic_state(beam: Beam, u: Array) -> tuple[float, float]:
     elastic = force = spread(0.0)
     axial_stiffness = 1.0 / beam.elastic[1] if beam.elastic[1] > 0.0 else 0.0
     for group in range(u.shape[0]):
-        share = pull = spread(0.0)
+        share = axial = spread(0.0)
         for k in range(P):
             weight = beam.weights[k]
             angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
-            along, _ = resolved(u, group, k, cos, sin)
+            tension, _ = resolved(u, group, k, cos, sin)
             curved = bent * (1.0 / weight) - load(beam.natural, (group, k, 0))
-            longer = stretch_of(beam, group, k, along) - 1.0
+            longer = stretch_of(beam, group, k, tension) - 1.0
             share += weight * (curved * curved + axial_stiffness * longer * longer)
-            pull += weight * load(u, (group, FORCE + 2 * k))
+            axial += weight * load(u, (group, FORCE + 2 * k))
         real = load(beam.real, (group,))
         elastic += real * share
-        force += real * pull
+        force += real * axial
     return 0.5 * summed(elastic), -summed(force)

@@ -53,21 +53,21 @@ def interpolated(
 
 @compiled(**INLINED)
 def resolved(u: Array, group: int, k: int, cos: Value, sin: Value) -> tuple[Value, Value]:
-    """n along the tangent and along its normal, of a state."""
+    """Axial and shear force, n.t and n along the normal of t, of a state."""
     nx, nz = load(u, (group, FORCE + 2 * k)), load(u, (group, FORCE + 2 * k + 1))
     return nx * cos + nz * sin, nz * cos - nx * sin
 
 
 @compiled(**INLINED)
 def point_hessian(
-    stretch: Value, compliance: float, cos: Value, sin: Value, along: Value, across: Value
+    stretch: Value, compliance: float, cos: Value, sin: Value, tension: Value, shear: Value
 ) -> tuple[Value, Value, Value]:
     """Of -n . t - c (n . t)^2 / 2: twice in phi, and in phi and each component of n; by a weight with it in
     the stretch and in c.
     """
-    turn = compliance * across
+    turn = compliance * shear
     return (
-        along * stretch - turn * across,
+        tension * stretch - turn * shear,
         sin * stretch - turn * cos,
         -1.0 * (cos * stretch) - turn * sin,
     )

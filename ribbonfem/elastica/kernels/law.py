@@ -28,9 +28,9 @@ def moment_of(beam: Beam, group: int, k: int, curvature: Value) -> Value:
 
 
 @compiled(**INLINED)
-def stretch_of(beam: Beam, group: int, k: int, along: Value) -> Value:
+def stretch_of(beam: Beam, group: int, k: int, tension: Value) -> Value:
     """The length of r' at a Gauss point under an axial force."""
-    return 1.0 + load(beam.offset, (group, k, 1)) + beam.compliance[0] * along
+    return 1.0 + load(beam.offset, (group, k, 1)) + beam.compliance[0] * tension
 
 
 @compiled(**OPTIONS)
@@ -40,9 +40,9 @@ def put_strains(beam: Beam, u: Array, strain: Array) -> None:
         for k in range(P):
             angle, bent, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
-            along, _ = resolved(u, group, k, cos, sin)
+            tension, _ = resolved(u, group, k, cos, sin)
             store(strain, (group, k, 0), bent * (1.0 / beam.weights[k]))
-            store(strain, (group, k, 1), stretch_of(beam, group, k, along) - 1.0)
+            store(strain, (group, k, 1), stretch_of(beam, group, k, tension) - 1.0)
 
 
 @compiled(**OPTIONS)

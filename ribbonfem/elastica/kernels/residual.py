@@ -29,13 +29,13 @@ def residual(beam: Beam, s: Solver, u: Array, known: Array, sigma: float) -> Non
         for k in range(P):
             angle, bent, x, z = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
-            along, across = resolved(u, group, k, cos, sin)
+            tension, shear = resolved(u, group, k, cos, sin)
             weight = beam.weights[k]
-            stretch = weight * stretch_of(beam, group, k, along)
+            stretch = weight * stretch_of(beam, group, k, tension)
             store(rest, (group, FORCE + 2 * k), x - stretch * cos)
             store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin)
             store(points, (0, k), moment_of(beam, group, k, bent * (1.0 / weight)))
-            store(points, (1, k), stretch * across)
+            store(points, (1, k), stretch * shear)
         for i in range(P + 1):
             x = z = moment = spread(0.0)
             for k in range(P):

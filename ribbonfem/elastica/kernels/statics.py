@@ -61,12 +61,12 @@ def _assemble(
                 bent += coupling[k, i] * phi[first + 1 + i]
             cos, sin, weight = math.cos(angle), math.sin(angle), weights[k]
             nx, nz = force[0] + carried[e, k, 0], force[1] + carried[e, k, 1]
-            along, across = nx * cos + nz * sin, nz * cos - nx * sin
-            stretch = weight * (1.0 + compliance * along)
+            tension, shear = nx * cos + nz * sin, nz * cos - nx * sin
+            stretch = weight * (1.0 + compliance * tension)
             axial = weight * compliance
-            curved = along * stretch - axial * across * across
-            bx = sin * stretch - axial * across * cos
-            bz = -cos * stretch - axial * across * sin
+            curved = tension * stretch - axial * shear * shear
+            bx = sin * stretch - axial * shear * cos
+            bz = -cos * stretch - axial * shear * sin
             residual[inner] -= stretch * cos
             residual[inner + 1] -= stretch * sin
             corner[0, 0] -= axial * cos * cos
@@ -83,7 +83,7 @@ def _assemble(
                 a = first + i
                 by_x, by_z = value[k, i] * bx, value[k, i] * bz
                 if 0 <= a < inner:
-                    residual[a] += coupling[k, i] * moment - value[k, i] * stretch * across
+                    residual[a] += coupling[k, i] * moment - value[k, i] * stretch * shear
                     column[a] += value[k, i] * more_moment - coupling[k, i] * carried[e, k, 5]
                     border[0, a] += by_x
                     border[1, a] += by_z

@@ -17,9 +17,9 @@ from .gauss_point import Value, cosine_sine, interpolated, point_hessian, resolv
 from .law import stretch_of
 
 # by how much a rate of the stretched beam's axial force is held back in the hidden constraints
-STIFF = 1e12
+PENALTY = 1e12
 # small rotary inertia that makes their tangent definite; refinement takes it out again
-SMALL = 1e-7
+SMALL_INERTIA = 1e-7
 
 
 @compiled(**INLINED)
@@ -50,7 +50,7 @@ def _fill_force(
 
 
 @compiled(**INLINED)
-def _fill_turns(beam: Beam, s: Solver, group: int, impulsive: bool) -> None:
+def _fill_rotations(beam: Beam, s: Solver, group: int, impulsive: bool) -> None:
     """The rows of phi with each other, of what s.points has."""
     local, curved = s.local, s.points
     for i in range(P + 1):
@@ -58,7 +58,7 @@ def _fill_turns(beam: Beam, s: Solver, group: int, impulsive: bool) -> None:
             total = spread(0.0 if impulsive else beam.stiffness[0] * beam.bending[i, j])
             if impulsive:
                 if i == j:
-                    total += SMALL * beam.mass[i]
+                    total += SMALL_INERTIA * beam.mass[i]
             else:
                 for k in range(P):
                     total += (beam.value[k, i] * beam.value[k, j]) * load(curved, (0, k))
@@ -104,14 +104,14 @@ def fill(beam: Beam, s: Solver, u: Array, sigma: float, impulsive: bool) -> None
         for k in range(P):
             angle, _, _, _ = interpolated(beam.value, beam.coupling, u, group, k)
             cos, sin = cosine_sine(angle)
-            along, across = resolved(u, group, k, cos, sin)
+            tension, shear = resolved(u, group, k, cos, sin)
             weight = beam.weights[k]
-            stretch = weight * stretch_of(beam, group, k, along)
+            stretch = weight * stretch_of(beam, group, k, tension)
             if impulsive:
                 by_turn = sin * stretch, -1.0 * (cos * stretch)
-                _fill_force(beam, s, group, k, cos, sin, by_turn, STIFF if compliance > 0.0 else 0.0)
+                _fill_force(beam, s, group, k, cos, sin, by_turn, PENALTY if compliance > 0.0 else 0.0)
             else:
-                curved, bx, bz = point_hessian(stretch, weight * compliance, cos, sin, along, across)
+                curved, bx, bz = point_hessian(stretch, weight * compliance, cos, sin, tension, shear)
                 store(s.points, (0, k), curved)
                 _fill_force(beam, s, group, k, cos, sin, (bx, bz), compliance)
-        _fill_turns(beam, s, group, impulsive)
+        _fill_rotations(beam, s, group, impulsive)

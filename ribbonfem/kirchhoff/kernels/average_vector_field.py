@@ -33,9 +33,9 @@ from ribbonfem.stepping.kernels.newton import (
 )
 
 from .arrays import Motion, Scratch
-from .batch import INLINED, OPTIONS, collect, force_at
+from .batch import INLINED, OPTIONS, force_at, gather
 from .condensed import factorise, solve
-from .gauss_point import bend, interpolated_group, tangent_of
+from .gauss_point import interpolated_group, point_gradient, tangent_of
 from .law import offset_at
 from .newton import LARGEST, move, size_of
 from .residual import add_forces, add_moments, put_gap, put_gradients, put_inertia
@@ -76,12 +76,12 @@ def _mean_moments(rod: Rod, s: Solver, t: Scratch, g0: Array) -> None:
                 path[i, c] = g0[i, c]
             rotate(path, i, AT[j] * t.spin[i, 0], AT[j] * t.spin[i, 1], AT[j] * t.spin[i, 2])
         for group in range(rod.groups.weights.shape[0]):
-            collect(path, group, last, P, s.frames)
+            gather(path, group, last, P, s.frames)
             for k in range(P):
                 q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
                 x, y = load(s.local_right, (group, 3 * k)), load(s.local_right, (group, 3 * k + 1))
-                pull = x, y, load(s.local_right, (group, 3 * k + 2))
-                gq, gp, _, _ = bend(rod.stiffness, 0.0, offset_at(rod, group, k), q, p, pull)
+                force = x, y, load(s.local_right, (group, 3 * k + 2))
+                gq, gp, _, _ = point_gradient(rod.stiffness, 0.0, offset_at(rod, group, k), q, p, force)
                 put_gradients(s, k, SHARE[j] * load(rod.groups.weights, (group, k)), gq, gp)
             add_moments(rod, s, group, last)
 
@@ -95,13 +95,13 @@ def _residual(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
     put_inertia(rod, s, t.force)
     last = rod.weights.shape[0] - 1
     for group in range(rod.groups.weights.shape[0]):
-        collect(y.g, group, last, P, s.frames)
+        gather(y.g, group, last, P, s.frames)
         for k in range(P):
             tangent = _direction(rod, s, group, k)
             store(s.gradients, (k, 0), dot(force_at(t.n, group, k), tangent))
             store(s.gradients, (k, 1), dot(force_at(y.n, group, k), tangent))
-        collect(t.g, group, last, P, s.frames)
-        collect(t.x, group, last, P, s.places)
+        gather(t.g, group, last, P, s.frames)
+        gather(t.x, group, last, P, s.places)
         for k in range(P):
             n, tangent = force_at(t.n, group, k), _direction(rod, s, group, k)
             mean = 0.5 * (load(s.gradients, (k, 0)) + dot(n, tangent))
@@ -122,12 +122,12 @@ def _end_forces(rod: Rod, s: Solver, t: Scratch, y: Motion) -> None:
     """Give t.n the axial force of the step's end, in a rod that stretches."""
     last = rod.weights.shape[0] - 1
     for group in range(rod.groups.weights.shape[0]):
-        collect(y.g, group, last, P, s.frames)
+        gather(y.g, group, last, P, s.frames)
         for k in range(P):
             tangent = _direction(rod, s, group, k)
             along = dot(force_at(t.n, group, k), tangent) - dot(force_at(y.n, group, k), tangent)
             store(s.gradients, (k, 0), along)
-        collect(t.g, group, last, P, s.frames)
+        gather(t.g, group, last, P, s.frames)
         for k in range(P):
             tangent, along = _direction(rod, s, group, k), load(s.gradients, (k, 0))
             n = force_at(t.n, group, k)

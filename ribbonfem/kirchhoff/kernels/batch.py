@@ -14,8 +14,8 @@ __all__ = [
     "OPTIONS",
     "WIDTH",
     "add_to_nodes",
-    "collect",
     "force_at",
+    "gather",
     "groups_of",
     "in_groups",
     "of_nodes",
@@ -35,7 +35,7 @@ def of_nodes(array: Array, group: int, last: int, degree: int, i: int) -> tuple[
 
 
 @compiled(**INLINED)
-def collect(array: Array, group: int, last: int, degree: int, values: Array) -> None:
+def gather(array: Array, group: int, last: int, degree: int, values: Array) -> None:
     """What array (nodes, 4) has at the nodes of a group, into values (degree + 1, 4, WIDTH)."""
     for i in range(degree + 1):
         a, b, c, d = of_nodes(array, group, last, degree, i)

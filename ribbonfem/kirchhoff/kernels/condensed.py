@@ -194,7 +194,7 @@ def _backward(s: Solver, group: int) -> None:
 
 
 @compiled(**INLINED)
-def _hand_out(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
+def _scatter(rod: Rod, s: Solver, group: int, last: int, sigma: float) -> None:
     """Increments of a group from s.local_right into s.fr, s.fp, s.fn; of r inside from those of n."""
     f, zero = s.local_right, spread(0.0)
     for k in range(P):
@@ -273,7 +273,7 @@ def solve(rod: Rod, s: Solver, sigma: float) -> None:
     # (backwards: what was last read is still near)
     for group in range(groups - 1, -1, -1):
         _backward(s, group)
-        _hand_out(rod, s, group, last, sigma)
+        _scatter(rod, s, group, last, sigma)
     for e in range(elements + 1):
         node = e * P
         for c in range(3):

@@ -42,11 +42,11 @@ from ribbonfem.stepping.kernels.strains import know_rates
 from .arrays import Motion, Scratch
 from .batch import INLINED, OPTIONS, WIDTH
 from .condensed import factorise, solve
-from .gauss_point import body, interpolated, pulled, tangent_of, tangent_rate
+from .gauss_point import body_moment, interpolated, pulled, tangent_of, tangent_rate
 from .law import put_strain_rates, put_strains
 from .residual import residual
 from .rod import P, Rod, Solver
-from .tangent import STIFF, fill
+from .tangent import PENALTY, fill
 
 
 @compiled(**OPTIONS)
@@ -124,7 +124,7 @@ def _impulse_residual(
                 s.fr[i, c] = rod.inertia[i, c] * (t.v[i, c] - old[i, c])
                 s.fp[i, c] = 0.0
             s.fp[i, 0] = rod.inertia[i, 3] * (t.spin[i, 0] - old[i, 3])
-    axial = STIFF if rod.compliance[0] > 0.0 else 0.0
+    axial = PENALTY if rod.compliance[0] > 0.0 else 0.0
     rates = m.a if second else t.v
     last = rod.weights.shape[0] - 1
     for place in range(WIDTH * rod.groups.weights.shape[0]):
@@ -171,7 +171,7 @@ def _impulse_residual(
                 by_q = pulled(inverse, q, tangent, impulse)
                 for i in range(P + 1):
                     node = e * P + i
-                    moment = body(quaternion(g, node), by_q)
+                    moment = body_moment(quaternion(g, node), by_q)
                     share = rod.value[k, i] * weight * stretch
                     put_triple(mix(triple(s.fp, node), 1.0, moment, share), s.fp, node)
 

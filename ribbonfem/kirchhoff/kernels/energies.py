@@ -9,8 +9,8 @@ from ribbonfem.jit.simd import WIDTH, lane, load, spread
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.arrays import REACTIONS
 
-from .batch import INLINED, OPTIONS, collect, force_at
-from .gauss_point import bend, body, interpolated, interpolated_group, strains_of, tangent_of
+from .batch import INLINED, OPTIONS, force_at, gather
+from .gauss_point import body_moment, interpolated, interpolated_group, point_gradient, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
 
@@ -19,19 +19,19 @@ def elastic_energy(rod: Rod, s: Solver, g: Array, n: Array) -> float:
     """Of bending, twist and stretch."""
     elements, total = rod.weights.shape[0], 0.0
     for group in range(rod.groups.weights.shape[0]):
-        collect(g, group, elements - 1, P, s.frames)
+        gather(g, group, elements - 1, P, s.frames)
         share = spread(0.0)
         for k in range(P):
             q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
             k1, k2, k3 = strains_of(inverse, q, p)
-            pull = dot(force_at(n, group, k), tangent)
-            stretching = rod.compliance[0] * pull * pull
+            tension = dot(force_at(n, group, k), tangent)
+            stretching = rod.compliance[0] * tension * tension
             if rod.has_offset:
                 x, y, z = force_at(rod.natural, group, k)
                 k1, k2, k3 = k1 - x, k2 - y, k3 - z
                 if rod.elastic[3] > 0.0:
-                    strain = load(rod.offset, (group, k, 3)) + rod.compliance[0] * pull
+                    strain = load(rod.offset, (group, k, 3)) + rod.compliance[0] * tension
                     stretching = strain * strain / rod.elastic[3]
             twice = rod.elastic[0] * k1 * k1 + rod.elastic[1] * k2 * k2 + rod.elastic[2] * k3 * k3
             share += load(rod.groups.weights, (group, k)) * (twice + stretching)
@@ -66,10 +66,10 @@ def clamp_moment(rod: Rod, g: Array, n: Array, e: int, i: int) -> Vector:
                 (o[group, k, 0, place], o[group, k, 1, place], o[group, k, 2, place]),
                 o[group, k, 3, place],
             )
-        gq, gp, _, _ = bend(rod.stiffness, rod.compliance[0], offset, q, p, force)
+        gq, gp, _, _ = point_gradient(rod.stiffness, rod.compliance[0], offset, q, p, force)
         value, slope = rod.weights[e, k] * rod.value[k, i], rod.weights[e, k] * rod.slope[e, k, i]
         f = mix4(f, 1.0, mix4(gq, value, gp, slope), 1.0)
-    return body(quaternion(g, e * P + i), f)
+    return body_moment(quaternion(g, e * P + i), f)
 
 
 @compiled(**OPTIONS)

@@ -88,7 +88,7 @@ def tangent_rate(inverse: Value, q: Quaternion, t: Vector, d: Quaternion) -> Vec
 
 
 @compiled(**INLINED)
-def bend(
+def point_gradient(
     stiffness: Array, compliance: float, offset: Offset, q: Quaternion, p: Quaternion, n: Vector
 ) -> tuple[Quaternion, Quaternion, Vector, Value]:
     """Derivatives in q and p of the density of `point_hessian`, the tangent, and n.t.
@@ -99,14 +99,14 @@ def bend(
     inverse, tangent = tangent_of(q)
     kappa = strains_of(inverse, q, p)
     m = moments_of(stiffness, offset[0], kappa)
-    pull = dot(n, tangent)
-    stretch = stretch_of(compliance, offset[1], pull)
+    tension = dot(n, tangent)
+    stretch = stretch_of(compliance, offset[1], tension)
     factor = 2.0 * inverse
     by_p = scaled4(factor, by_vector(q, m))
-    along = dot(m, kappa) - stretch * pull
+    along = dot(m, kappa) - stretch * tension
     of_bending = mix4(by_vector(p, m), -factor, q, -factor * along)
     by_q = mix4(of_bending, 1.0, by_i(of_vector(n, q)), factor * stretch)
-    return by_q, by_p, tangent, pull
+    return by_q, by_p, tangent, tension
 
 
 @compiled(**INLINED)
@@ -116,7 +116,7 @@ def pulled(inverse: Value, q: Quaternion, t: Vector, n: Vector) -> Quaternion:
 
 
 @compiled(**INLINED)
-def body(g: Quaternion, f: Quaternion) -> Vector:
+def body_moment(g: Quaternion, f: Quaternion) -> Vector:
     """Im(g* f) / 2: the moment about the body of a derivative f in g."""
     return scaled(0.5, between(g, f))
 
@@ -153,7 +153,7 @@ def _put(hess: Array, row: int, column: int, a: Quaternion) -> None:
 
 
 @compiled(**INLINED)
-def _put_rows(
+def _put_row(
     hess: Array,
     r: int,
     stiffness: Array,
@@ -213,8 +213,8 @@ def point_hessian(
     d1 = _less(twice, (q3, q2, q1, q0), tangent[1], q)
     d2 = _less(twice, (-q2, q3, -q0, q1), tangent[2], q)
     m0, m1, m2 = moments_of(stiffness, offset[0], (k0, k1, k2))
-    pull = dot(n, tangent)
-    stretch = stretch_of(compliance, offset[1], pull)
+    tension = dot(n, tangent)
+    stretch = stretch_of(compliance, offset[1], tension)
     v = _sum(n, (d0, d1, d2))
     gq = _less(1.0, _sum((m0, m1, m2), (a0, a1, a2)), stretch, v)
     gp = _sum((m0, m1, m2), (b0, b1, b2))
@@ -227,20 +227,23 @@ def point_hessian(
     # 2 (w n.t - m.kappa) 1 / |q|^2 - 2 w sum_b n_b T_b / |q|^2 of q with itself, w the stretch
     part = twice * stretch
     x, y, w = part * n[0], part * n[1], part * n[2]
-    one = twice * (stretch * pull - m0 * k0 - m1 * k1 - m2 * k2)
+    one = twice * (stretch * tension - m0 * k0 - m1 * k1 - m2 * k2)
+    second = (
+        (one - x, zero, w, -y),
+        (zero, one - x, -y, -w),
+        (w, -y, one + x, zero),
+        (-y, -w, zero, one + x),
+    )
+    mixed = (zero, e, f, g), (-e, zero, -g, f), (-f, g, zero, -e), (-g, -f, e, zero)
     at, of_q, of_p = (q0, z[0], compliance * v[0]), (a0[0], a1[0], a2[0]), (b0[0], b1[0], b2[0])
-    second, mixed = (one - x, zero, w, -y), (zero, e, f, g)
-    _put_rows(hess, 0, stiffness, at, of_q, of_p, moments, rows, second, mixed)
+    _put_row(hess, 0, stiffness, at, of_q, of_p, moments, rows, second[0], mixed[0])
     at, of_q, of_p = (q1, z[1], compliance * v[1]), (a0[1], a1[1], a2[1]), (b0[1], b1[1], b2[1])
-    second, mixed = (zero, one - x, -y, -w), (-e, zero, -g, f)
-    _put_rows(hess, 1, stiffness, at, of_q, of_p, moments, rows, second, mixed)
+    _put_row(hess, 1, stiffness, at, of_q, of_p, moments, rows, second[1], mixed[1])
     at, of_q, of_p = (q2, z[2], compliance * v[2]), (a0[2], a1[2], a2[2]), (b0[2], b1[2], b2[2])
-    second, mixed = (w, -y, one + x, zero), (-f, g, zero, -e)
-    _put_rows(hess, 2, stiffness, at, of_q, of_p, moments, rows, second, mixed)
+    _put_row(hess, 2, stiffness, at, of_q, of_p, moments, rows, second[2], mixed[2])
     at, of_q, of_p = (q3, z[3], compliance * v[3]), (a0[3], a1[3], a2[3]), (b0[3], b1[3], b2[3])
-    second, mixed = (-y, -w, zero, one + x), (-g, -f, e, zero)
-    _put_rows(hess, 3, stiffness, at, of_q, of_p, moments, rows, second, mixed)
-    return gq, gp, tangent, pull, (d0, d1, d2)
+    _put_row(hess, 3, stiffness, at, of_q, of_p, moments, rows, second[3], mixed[3])
+    return gq, gp, tangent, tension, (d0, d1, d2)
 
 
 @compiled(**INLINED)

@@ -15,7 +15,7 @@ from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.strains import put_rates
 
 from .arrays import Scratch
-from .batch import INLINED, OPTIONS, collect, force_at
+from .batch import INLINED, OPTIONS, force_at, gather
 from .gauss_point import Offset, interpolated, interpolated_group, strains_of, tangent_of
 from .rod import P, Rod, Solver
 
@@ -37,7 +37,7 @@ def put_strains(rod: Rod, s: Solver, g: Array, n: Array, strain: Array) -> None:
     """The strains of frames and the stretch of forces, into strain."""
     last = rod.weights.shape[0] - 1
     for group in range(strain.shape[0]):
-        collect(g, group, last, P, s.frames)
+        gather(g, group, last, P, s.frames)
         for k in range(P):
             q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             inverse, tangent = tangent_of(q)
@@ -45,8 +45,8 @@ def put_strains(rod: Rod, s: Solver, g: Array, n: Array, strain: Array) -> None:
             store(strain, (group, k, 0), k1)
             store(strain, (group, k, 1), k2)
             store(strain, (group, k, 2), k3)
-            pull = dot(force_at(n, group, k), tangent)
-            store(strain, (group, k, 3), load(rod.offset, (group, k, 3)) + rod.compliance[0] * pull)
+            tension = dot(force_at(n, group, k), tangent)
+            store(strain, (group, k, 3), load(rod.offset, (group, k, 3)) + rod.compliance[0] * tension)
 
 
 @compiled(**OPTIONS)

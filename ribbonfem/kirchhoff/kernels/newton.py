@@ -64,7 +64,7 @@ def move(s: Solver, t: Scratch, part: float) -> None:
 
 
 @compiled(**OPTIONS)
-def lighten(rod: Rod, force: Array) -> None:
+def subtract_weight(rod: Rod, force: Array) -> None:
     """Take the weight from inertial forces a mass."""
     for i in range(force.shape[0]):
         for c in range(3):
@@ -99,7 +99,7 @@ def _residual(model: Moving, sigma: float) -> None:
     for k in range(t.force.size):
         t.force.flat[k] = t.a.flat[k] + nu * t.v.flat[k]
     if rod.has_weight:
-        lighten(rod, t.force)
+        subtract_weight(rod, t.force)
     residual(rod, s, t.x, t.g, t.n, t.force)
     s.fr[rod.middle, 2] += t.pose[PUSH]
     if rod.gyroscopic:

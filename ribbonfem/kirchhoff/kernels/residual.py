@@ -15,8 +15,8 @@ from ribbonfem.jit.simd import load, spread, store
 from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
-from .batch import INLINED, add_to_nodes, collect, force_at
-from .gauss_point import bend, body, interpolated_group
+from .batch import INLINED, add_to_nodes, force_at, gather
+from .gauss_point import body_moment, interpolated_group, point_gradient
 from .law import offset_at
 from .rod import P, Rod, Solver
 
@@ -76,7 +76,7 @@ def add_moments(rod: Rod, s: Solver, group: int, last: int) -> None:
             f2 += value * load(s.gradients, (k, 2)) + slope * load(s.gradients, (k, 6))
             f3 += value * load(s.gradients, (k, 3)) + slope * load(s.gradients, (k, 7))
         g = load(s.frames, (i, 0)), load(s.frames, (i, 1)), load(s.frames, (i, 2)), load(s.frames, (i, 3))
-        moment = body(g, (f0, f1, f2, f3))
+        moment = body_moment(g, (f0, f1, f2, f3))
         add_to_nodes(s.fp, group, last, P, i, moment[0], moment[1], moment[2], zero, True)
 
 
@@ -95,15 +95,15 @@ def residual(rod: Rod, s: Solver, x: Array, g: Array, n: Array, force: Array) ->
     put_inertia(rod, s, force)
     last = rod.weights.shape[0] - 1
     for group in range(rod.groups.weights.shape[0]):
-        collect(g, group, last, P, s.frames)
-        collect(x, group, last, P, s.places)
+        gather(g, group, last, P, s.frames)
+        gather(x, group, last, P, s.places)
         for k in range(P):
             q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
             offset = offset_at(rod, group, k)
-            gq, gp, tangent, pull = bend(
+            gq, gp, tangent, tension = point_gradient(
                 rod.stiffness, rod.compliance[0], offset, q, p, force_at(n, group, k)
             )
-            put_gap(rod, s, group, k, stretch_of(rod.compliance[0], offset[1], pull), tangent)
+            put_gap(rod, s, group, k, stretch_of(rod.compliance[0], offset[1], tension), tangent)
             put_gradients(s, k, load(rod.groups.weights, (group, k)), gq, gp)
         add_forces(rod, s, group, last, n)
         add_moments(rod, s, group, last)

@@ -21,7 +21,7 @@ from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
 from ribbonfem.linalg.banded import factors_of, solution
 from ribbonfem.results import Array
 
-from .batch import INLINED, collect, force_at
+from .batch import INLINED, force_at, gather
 from .gauss_point import interpolated, interpolated_group, point_hessian, strains_of, stretched, tangent_of
 from .rotation_hessian import (
     add_gradient,
@@ -46,9 +46,9 @@ def frame_basis(g: Array, basis: Array) -> None:
 
 
 @compiled(**INLINED)
-def _add_forces(n: Vector, t: Vector, pull: Value, compliance: float, weight: Value, sums: Array) -> None:
+def _add_forces(n: Vector, t: Vector, tension: Value, compliance: float, weight: Value, sums: Array) -> None:
     """Add a point's (1 + c n.t) t to sums (9,), and its derivative in n, a triangle, behind it."""
-    stretch, axial = weight * (1.0 + compliance * pull), weight * compliance
+    stretch, axial = weight * (1.0 + compliance * tension), weight * compliance
     increase(sums, (0,), stretch * t[0])
     increase(sums, (1,), stretch * t[1])
     increase(sums, (2,), stretch * t[2])
@@ -61,12 +61,12 @@ def _add_forces(n: Vector, t: Vector, pull: Value, compliance: float, weight: Va
 
 
 @compiled(**INLINED)
-def _add_change(change: Quaternion, share: Value, i: int, b: int, pulls: Array) -> None:
+def _add_change(change: Quaternion, share: Value, i: int, b: int, by_force: Array) -> None:
     """Add a point's share of the derivative of a component b of r' in the quaternion of node i."""
-    increase(pulls, (i, 4 * b), -share * change[0])
-    increase(pulls, (i, 4 * b + 1), -share * change[1])
-    increase(pulls, (i, 4 * b + 2), -share * change[2])
-    increase(pulls, (i, 4 * b + 3), -share * change[3])
+    increase(by_force, (i, 4 * b), -share * change[0])
+    increase(by_force, (i, 4 * b + 1), -share * change[1])
+    increase(by_force, (i, 4 * b + 2), -share * change[2])
+    increase(by_force, (i, 4 * b + 3), -share * change[3])
 
 
 @compiled(**INLINED)
@@ -84,7 +84,7 @@ def _put_node(
 @compiled(**INLINED)
 def _add_columns(
     pairs: Array,
-    pulls: Array,
+    by_force: Array,
     sums: Array,
     clamp_rates: Array,
     push: Array,
@@ -104,7 +104,7 @@ def _add_columns(
                     column[4 * (i - 1) + r] += pairs[i, 0, 4 * r + c, lane] * clamp_rates[0, c]
         for b in range(3):
             for r in range(4):
-                column[4 * inner + b] += pulls[0, 4 * b + r, lane] * clamp_rates[0, r]
+                column[4 * inner + b] += by_force[0, 4 * b + r, lane] * clamp_rates[0, r]
     if e == elements - 1:
         for j in range(degree):
             for c in range(4):
@@ -114,14 +114,14 @@ def _add_columns(
                     )
         for b in range(3):
             for r in range(4):
-                column[4 * inner + b] += pulls[degree, 4 * b + r, lane] * clamp_rates[1, r]
+                column[4 * inner + b] += by_force[degree, 4 * b + r, lane] * clamp_rates[1, r]
     if 2 * e < elements and (push[0] != 0.0 or push[1] != 0.0 or push[2] != 0.0):
         for i in range(degree + 1):
             a = e * degree + i - 1
             if a >= 0:
                 for b in range(3):
                     for r in range(4):
-                        column[4 * a + r] += pulls[i, 4 * b + r, lane] * push[b]
+                        column[4 * a + r] += by_force[i, 4 * b + r, lane] * push[b]
         place = 3
         for b in range(3):
             for c in range(b + 1):
@@ -182,19 +182,19 @@ def _assemble(
         np.empty((size, 4, WIDTH)),
     )
     hess, of_q, of_p = np.empty((64, WIDTH)), np.empty((size, 16, WIDTH)), np.empty((size, 16, WIDTH))
-    pairs, pulls, sums = (
+    pairs, by_force, sums = (
         np.empty((size, size, 16, WIDTH)),
         np.empty((size, 12, WIDTH)),
         np.empty((9, WIDTH)),
     )
     block = np.empty((9, WIDTH))
     for group in range(groups):
-        collect(g, group, elements - 1, degree, frames)
+        gather(g, group, elements - 1, degree, frames)
         fill_columns(frames, 1.0, columns, degree)
         for i in range(size):
             clear(pairs[i], i + 1, 16)
         clear(gradient, size, 4)
-        clear(pulls, size, 12)
+        clear(by_force, size, 12)
         for place in range(9):
             store(sums, (place,), spread(0.0))
         for k in range(points):
@@ -203,15 +203,15 @@ def _assemble(
             x, y, z = force_at(loads, group, k)
             n = force[0] + x, force[1] + y, force[2] + z
             offset = force_at(natural, group, k), spread(0.0)
-            gq, gp, t, pull, dt = point_hessian(stiffness, compliance, offset, q, p, n, hess)
-            _add_forces(n, t, pull, compliance, weight, sums)
-            change = stretched(n, 1.0 + compliance * pull, compliance, t, dt)
+            gq, gp, t, tension, dt = point_hessian(stiffness, compliance, offset, q, p, n, hess)
+            _add_forces(n, t, tension, compliance, weight, sums)
+            change = stretched(n, 1.0 + compliance * tension, compliance, t, dt)
             for i in range(size):
                 add_gradient(value, k, i, load(slope, (group, k, i)), weight, (gq, gp), gradient)
                 share = weight * value[k, i]
-                _add_change(change[0], share, i, 0, pulls)
-                _add_change(change[1], share, i, 1, pulls)
-                _add_change(change[2], share, i, 2, pulls)
+                _add_change(change[0], share, i, 0, by_force)
+                _add_change(change[1], share, i, 1, by_force)
+                _add_change(change[2], share, i, 2, by_force)
             add_pairs(value, slope, group, k, weight, hess, of_q, of_p, pairs, degree)
         used = min(WIDTH, elements - WIDTH * group)
         for lane in range(used):
@@ -224,10 +224,10 @@ def _assemble(
         for i in range(size):
             for b in range(3):
                 pulled = (
-                    load(pulls, (i, 4 * b)),
-                    load(pulls, (i, 4 * b + 1)),
-                    load(pulls, (i, 4 * b + 2)),
-                    load(pulls, (i, 4 * b + 3)),
+                    load(by_force, (i, 4 * b)),
+                    load(by_force, (i, 4 * b + 1)),
+                    load(by_force, (i, 4 * b + 2)),
+                    load(by_force, (i, 4 * b + 3)),
                 )
                 for c in range(3):
                     store(block, (3 * b + c,), by_rotation(pulled, columns, i, c))
@@ -254,7 +254,7 @@ def _assemble(
                                 band[3 * (first + j) + c, 3 * (i - j) + u - c] += block[3 * u + c, lane]
         for lane in range(used):
             e = WIDTH * group + lane
-            _add_columns(pairs, pulls, sums, clamp_rates, push, e, lane, elements, degree, column)
+            _add_columns(pairs, by_force, sums, clamp_rates, push, e, lane, elements, degree, column)
     _keep_along_spheres(g, residual, column)
 
 

@@ -14,7 +14,7 @@ from ribbonfem.jit.simd import increase, load, spread, store
 from ribbonfem.material.kernels import stretch_of
 from ribbonfem.results import Array
 
-from .batch import INLINED, OPTIONS, collect, force_at
+from .batch import INLINED, OPTIONS, force_at, gather
 from .gauss_point import Rows, interpolated_group, point_hessian, stretched
 from .law import offset_at
 from .rod import N0, PLACES, SIZE, P, Rod, Solver
@@ -29,9 +29,9 @@ from .rotation_hessian import (
 )
 
 # by how much a rate of the stretched rod's axial force is held back in the hidden constraints
-STIFF = 1e12
+PENALTY = 1e12
 # small rotary inertia of bending that makes their tangent definite; refinement takes it out again
-SMALL = 1e-7
+SMALL_INERTIA = 1e-7
 
 
 @compiled(**INLINED)
@@ -65,7 +65,7 @@ def _fill_gap(
 ) -> None:
     """The rows of n at a Gauss point: with itself, the positions and the rotations."""
     local, row, weight = s.local, N0 + 3 * k, load(rod.groups.weights, (group, k))
-    axial = weight * (-((STIFF if rod.compliance[0] > 0.0 else 0.0) if impulsive else rod.compliance[0]))
+    axial = weight * (-((PENALTY if rod.compliance[0] > 0.0 else 0.0) if impulsive else rod.compliance[0]))
     increase(local, (group, row, row), axial * t[0] * t[0])
     increase(local, (group, row + 1, row), axial * t[1] * t[0])
     increase(local, (group, row + 1, row + 1), axial * t[1] * t[1])
@@ -83,7 +83,7 @@ def _fill_gap(
 
 
 @compiled(**INLINED)
-def _fill_turns(s: Solver, group: int) -> None:
+def _fill_rotations(s: Solver, group: int) -> None:
     """The rows of the rotations with each other; of a node with itself its upper triangle too, never read."""
     for i in range(P + 1):
         row = PLACES[i]
@@ -112,14 +112,14 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
     for i in range(P + 1):
         clear(s.pairs[i], i + 1, 16)
     clear(s.gradient, P + 1, 4)
-    collect(g, group, rod.weights.shape[0] - 1, P, s.frames)
+    gather(g, group, rod.weights.shape[0] - 1, P, s.frames)
     fill_columns(s.frames, 0.5, s.columns, P)
     for k in range(P):
         q, p = interpolated_group(rod.value, rod.groups.slope, group, k, s.frames, P)
         force = force_at(n, group, k)
         offset = offset_at(rod, group, k)
-        gq, gp, t, pull, dt = point_hessian(rod.stiffness, rod.compliance[0], offset, q, p, force, s.hess)
-        stretch = stretch_of(rod.compliance[0], offset[1], pull)
+        gq, gp, t, tension, dt = point_hessian(rod.stiffness, rod.compliance[0], offset, q, p, force, s.hess)
+        stretch = stretch_of(rod.compliance[0], offset[1], tension)
         _fill_gap(rod, s, group, k, force, stretch, t, dt, sigma, impulsive)
         if not impulsive:
             weight = load(rod.groups.weights, (group, k))
@@ -128,13 +128,13 @@ def _fill_group(rod: Rod, s: Solver, group: int, g: Array, n: Array, sigma: floa
                 add_gradient(rod.value, k, i, slope, weight, (gq, gp), s.gradient)
             add_pairs(rod.value, rod.groups.slope, group, k, weight, s.hess, s.of_q, s.of_p, s.pairs, P)
     if not impulsive:
-        _fill_turns(s, group)
+        _fill_rotations(s, group)
     for i in range(P + 1):
         mass, row = load(rod.groups.mass, (group, i)) * sigma, PLACES[i]
         increase(s.local, (group, row, row), rod.spin * mass)
         if impulsive:
-            increase(s.local, (group, row + 1, row + 1), SMALL * mass)
-            increase(s.local, (group, row + 2, row + 2), SMALL * mass)
+            increase(s.local, (group, row + 1, row + 1), SMALL_INERTIA * mass)
+            increase(s.local, (group, row + 2, row + 2), SMALL_INERTIA * mass)
     for b in range(3):
         increase(s.local, (group, b, b), load(rod.groups.mass, (group, 0)) * sigma)
         increase(s.local, (group, 3 + b, 3 + b), load(rod.groups.mass, (group, P)) * sigma)

@@ -69,7 +69,7 @@ class Scratch(NamedTuple):
     """What a step overwrites, and the stages remembered for guesses.
 
     z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
-    stands against sigma z in the inertia; pulled, G e; given, the forces of ends and loads on the free dofs;
+    stands against sigma z in the inertia; pulled, G e; loads, the forces of ends and loads on the free dofs;
     row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; more, column:
     (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse;
     stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements.
@@ -84,7 +84,7 @@ class Scratch(NamedTuple):
     vp: Array
     known: Array
     pulled: Array
-    given: Array
+    loads: Array
     row: Array
     rest: Array
     change: Array
@@ -130,7 +130,7 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         vp=free(),
         known=free(),
         pulled=free(),
-        given=free(),
+        loads=free(),
         row=free(),
         rest=free(),
         change=np.zeros(1),

@@ -13,7 +13,7 @@ from ribbonfem.stepping.kernels.newton import SIGMA
 
 from .bands import add_product, dot, factor, solve_both
 from .beam import ENDS, Beam, Motion, Scratch
-from .stage import add_ends, at_end, give, shortening, square
+from .stage import add_ends, at_end, put_loads, shortening, square
 
 
 @compiled(**OPTIONS)
@@ -61,8 +61,8 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     for i in range(n):
         m.v[i] += t.rest[i]
     # M (a + nu v) + K Z - sigma^2 G Z = loads, Z^T G a + v^T G v = the second rate of the shortening
-    give(beam, t, nu)
-    copy(t.given, t.rest)
+    put_loads(beam, t, nu)
+    copy(t.loads, t.rest)
     add_product(beam.mass.band, -nu, m.v, t.rest)
     add_product(beam.stiffness.band, -1.0, m.z, t.rest)
     if beam.retardation > 0.0:

@@ -37,7 +37,7 @@ from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from . import consistent_initialisation
 from .bands import dot
 from .beam import ENDS, Moving
-from .stage import at_end, factorise, give, give_retarded, move, residual, set_ends, solve, square
+from .stage import add_viscous_loads, at_end, factorise, move, put_loads, residual, set_ends, solve, square
 
 # an increment that leads nowhere
 LARGEST = 1e3
@@ -133,10 +133,10 @@ def _stage(
     t, beam, nu = model.scratch, model.beam, ramp.damping
     controls_at(ramp.ends, int(clock[PHASE]), at, t.controls)
     set_ends(beam, t.controls, t.ends)
-    give(beam, t, nu)
+    put_loads(beam, t, nu)
     b, f = _known(model, m, i, h, nu)
     if beam.retardation > 0.0:
-        give_retarded(beam, t, b, f)
+        add_viscous_loads(beam, t, b, f)
     _guess(model, clock, at, b)
     used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
     inverse = 1.0 / b

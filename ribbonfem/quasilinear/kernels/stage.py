@@ -67,29 +67,29 @@ def square(matrix: Matrix, z: Array, e: Array, product: Array) -> float:
 
 
 @compiled(**OPTIONS)
-def give(beam: Beam, t: Scratch, nu: float) -> None:
-    """Put what the ends and loads do to the free dofs of a stage in t.pulled and t.given."""
-    n = t.given.shape[0]
+def put_loads(beam: Beam, t: Scratch, nu: float) -> None:
+    """Put what the ends and loads do to the free dofs of a stage in t.pulled and t.loads."""
+    n = t.loads.shape[0]
     push = t.controls[PUSH, 0] / beam.scale
     for i in range(n):
-        t.given[i] = beam.weight[i] + beam.bent[i] - push * beam.middle[i]
+        t.loads[i] = beam.weight[i] + beam.bent[i] - push * beam.middle[i]
         t.pulled[i] = 0.0
     add_ends(beam.tension, 1.0, t.ends[0], t.pulled)
-    add_ends(beam.stiffness, -1.0, t.ends[0], t.given)
-    add_ends(beam.mass, -nu, t.ends[1], t.given)
-    add_ends(beam.mass, -1.0, t.ends[2], t.given)
+    add_ends(beam.stiffness, -1.0, t.ends[0], t.loads)
+    add_ends(beam.mass, -nu, t.ends[1], t.loads)
+    add_ends(beam.mass, -1.0, t.ends[2], t.loads)
     if beam.retardation > 0.0:
-        add_ends(beam.stiffness, -beam.retardation, t.ends[1], t.given)
+        add_ends(beam.stiffness, -beam.retardation, t.ends[1], t.loads)
 
 
 @compiled(**OPTIONS)
-def give_retarded(beam: Beam, t: Scratch, b: float, f: float) -> None:
-    """Add to t.given what a stage knows of the viscous moments; z counts the more for the rest of them."""
+def add_viscous_loads(beam: Beam, t: Scratch, b: float, f: float) -> None:
+    """Add to t.loads what a stage knows of the viscous moments; z counts the more for the rest of them."""
     share = f / b
     t.stiffening[0] = 1.0 + beam.retardation * share
-    for i in range(t.given.shape[0]):
+    for i in range(t.loads.shape[0]):
         t.more[i] = t.vp[i] - share * t.rp[i]
-    add_product(beam.stiffness.band, -beam.retardation, t.more, t.given)
+    add_product(beam.stiffness.band, -beam.retardation, t.more, t.loads)
 
 
 @compiled(**INLINED)
@@ -100,7 +100,7 @@ def residual(model: Moving, sigma: float) -> None:
     for i in range(n):
         t.row[i] = t.pulled[i]
         t.more[i] = sigma * t.z[i] - t.known[i]
-        t.rest[i] = -load * t.pulled[i] - t.given[i]
+        t.rest[i] = -load * t.pulled[i] - t.loads[i]
     k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
     add_three(k, g, m, t.stiffening[0], load, t.z, t.more, t.rest, t.row)
     corner = 0.0
