@@ -2,9 +2,9 @@
 
 Every stage of every method solves the same, with r = rp + b a and v = vp + f a:
 
-    m (a + nu v) + D^T n = loads          of each r
-    dE/dphi - T^T n = 0                   of each phi
-    D r - t (1 + c n.t) = 0               at each Gauss point
+    (1)  m (a + nu v) + D^T n = loads     of each r
+    (2)  dE/dphi - T^T n = 0              of each phi
+    (3)  D r - t (1 + c n.t) = 0          at each Gauss point
 
 m (a + nu v) less the loads is m (sigma r - known), with sigma = (1 + nu f) / b.
 """
@@ -32,6 +32,7 @@ def residual(beam: Beam, s: Solver, u: Array, known: Array, sigma: float) -> Non
             tension, shear = resolved(u, group, k, cos, sin)
             weight = beam.weights[k]
             stretch = weight * stretch_of(beam, group, k, tension)
+            # (3)
             store(rest, (group, FORCE + 2 * k), x - stretch * cos)
             store(rest, (group, FORCE + 2 * k + 1), z - stretch * sin)
             store(points, (0, k), moment_of(beam, group, k, bent * (1.0 / weight)))
@@ -43,6 +44,7 @@ def residual(beam: Beam, s: Solver, u: Array, known: Array, sigma: float) -> Non
                 x += coupling * load(u, (group, FORCE + 2 * k))
                 z += coupling * load(u, (group, FORCE + 2 * k + 1))
                 moment += coupling * load(points, (0, k)) - beam.value[k, i] * load(points, (1, k))
+            # (1), (2)
             mass = beam.mass[i]
             store(rest, (group, i), x + mass * (sigma * load(u, (group, i)) - load(known, (group, i))))
             z += mass * (sigma * load(u, (group, Z + i)) - load(known, (group, Z + i)))

@@ -1,4 +1,11 @@
-"""Consistent velocities, accelerations and forces of the Kirchhoff rod where its clamps' speed jumps."""
+"""Consistent velocities, accelerations and forces of the Kirchhoff rod where its clamps' speed jumps.
+
+r' = w t with w = 1 + c n.t, derived once in time, is for the velocities, and derived twice for the
+accelerations:
+
+    (1)  D v   = w dt/dt,               M (v - v0) + D^T p = 0  and  T^T p = 0, of impulses p
+    (2)  D v_t = w d2t/dt2 + 2 dw/dt dt/dt,  and the equations of motion (`residual`), of forces n
+"""
 
 from __future__ import annotations
 

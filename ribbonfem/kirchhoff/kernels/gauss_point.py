@@ -192,9 +192,18 @@ def point_hessian(
 ) -> tuple[Quaternion, Quaternion, Vector, Value, Rows]:
     """Derivatives of the density of the Lagrangian at a Gauss point of four elements.
 
-    f = 1/2 sum_a stiffness_a (kappa_a - offset_a)^2 - (1 + e) n.t - c/2 (n.t)^2.  Fills hess (64, WIDTH),
-    the second ones, 8 by 8 in q and p (blocks qq, qp and pp); returns those in q and p, the tangent, n.t, and
-    d tangent / dq.
+    With kappa_a = 2 q.A_a p / |q|^2, t_b = q.T_b q / |q|^2, m_a = B_a (kappa_a - offset_a), B the stiffness,
+    w = 1 + e + c n.t the stretch, and v = d(n.t)/dq:
+
+        f    = 1/2 sum_a B_a (kappa_a - offset_a)^2 - (1 + e) n.t - c/2 (n.t)^2
+        f_q  = sum_a m_a dkappa_a/dq - w v,    f_p = sum_a m_a dkappa_a/dp,    z = -2 f_q / |q|^2
+        f_qq = sum_a B_a dkappa_a/dq (x) dkappa_a/dq - c v (x) v + q (x) z + z (x) q
+               + 2 (w n.t - m.kappa) 1 / |q|^2 - 2 w sum_b n_b T_b / |q|^2
+        f_qp = sum_a B_a dkappa_a/dq (x) dkappa_a/dp - 2 q (x) f_p / |q|^2 + 2 sum_a m_a A_a / |q|^2
+        f_pp = sum_a B_a dkappa_a/dp (x) dkappa_a/dp
+
+    Fills hess (64, WIDTH), the second ones, 8 by 8 in q and p (blocks qq, qp and pp); returns f_q, f_p, the
+    tangent, n.t, and dt/dq.
     """
     q0, q1, q2, q3 = q
     p0, p1, p2, p3 = p
@@ -220,11 +229,11 @@ def point_hessian(
     gp = _sum((m0, m1, m2), (b0, b1, b2))
     z = scaled4(-twice, gq)
     rows = q, z, v, (a0, a1, a2), (b0, b1, b2)
-    # 2 sum_a m_a A_a / |q|^2, of q with p
+    # the last term of f_qp
     moments = twice * m0, twice * m1, twice * m2
     e, f, g = moments
     zero = spread(0.0)
-    # 2 (w n.t - m.kappa) 1 / |q|^2 - 2 w sum_b n_b T_b / |q|^2 of q with itself, w the stretch
+    # the last two terms of f_qq
     part = twice * stretch
     x, y, w = part * n[0], part * n[1], part * n[2]
     one = twice * (stretch * tension - m0 * k0 - m1 * k1 - m2 * k2)

@@ -34,7 +34,7 @@ LARGEST = 0.5
 
 @compiled(**OPTIONS)
 def _gyroscopic(rod: Rod, s: Solver, g: Array, v: Array, tangent_rate: Array) -> None:
-    """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to the residual."""
+    """Add J m theta' dt/dt, the moment that turns the spin with the tangent, to (2) of `residual`."""
     for i in range(1, g.shape[0] - 1):
         factor = rod.inertia[i, 3] * v[i, 3]
         # (along the first axis of the body is nothing)

@@ -2,9 +2,9 @@
 
 Every stage of every method solves the same, with x = xp + b a and v = vp + f a:
 
-    M (a + nu v - w) + D^T n + F = 0                      of each r, w the weight, F at midspan
-    dE/dpsi - T^T n + e_x J m (theta'' + nu theta') = 0   of each g, psi its rotation in the body
-    D r - t (1 + e + c n.t) = 0                           at each Gauss point
+    (1)  M (a + nu v - w) + D^T n + F = 0                      of each r, w the weight, F at midspan
+    (2)  dE/dpsi - T^T n + e_x J m (theta'' + nu theta') = 0   of each g, psi its rotation in the body
+    (3)  D r - t (1 + e + c n.t) = 0                           at each Gauss point
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .rod import P, Rod, Solver
 
 @compiled(**INLINED)
 def put_gap(rod: Rod, s: Solver, group: int, k: int, stretch: Value, tangent: Vector) -> None:
-    """D r, of what s.places has, less a stretched tangent, into s.fn."""
+    """(3): D r, of what s.places has, less a stretched tangent, into s.fn."""
     x = y = z = spread(0.0)
     for i in range(P + 1):
         coupling = load(rod.groups.coupling, (group, k, i))
@@ -51,7 +51,7 @@ def put_gradients(s: Solver, k: int, weight: Value, gq: Quaternion, gp: Quaterni
 
 @compiled(**INLINED)
 def add_forces(rod: Rod, s: Solver, group: int, last: int, n: Array) -> None:
-    """Add D^T n of a group to s.fr."""
+    """(1): add D^T n of a group to s.fr."""
     zero = spread(0.0)
     for i in range(P + 1):
         x = y = z = zero
@@ -65,7 +65,7 @@ def add_forces(rod: Rod, s: Solver, group: int, last: int, n: Array) -> None:
 
 @compiled(**INLINED)
 def add_moments(rod: Rod, s: Solver, group: int, last: int) -> None:
-    """Add the moments on a group's frames, of what s.gradients has, to s.fp."""
+    """(2): add dE/dpsi - T^T n of a group's frames, of what s.gradients has, to s.fp."""
     zero = spread(0.0)
     for i in range(P + 1):
         f0 = f1 = f2 = f3 = zero
@@ -82,7 +82,7 @@ def add_moments(rod: Rod, s: Solver, group: int, last: int) -> None:
 
 @compiled(**INLINED)
 def put_inertia(rod: Rod, s: Solver, force: Array) -> None:
-    """Inertial forces of `force` (nodes, 4) a mass into s.fr and s.fp, and nothing else."""
+    """(1), (2): inertial forces of `force` (nodes, 4) a mass into s.fr and s.fp, and nothing else."""
     for i in range(force.shape[0]):
         store(s.fr, (i,), load(rod.inertia, (i,)) * load(force, (i,)))
         store(s.fp, (i,), spread(0.0))

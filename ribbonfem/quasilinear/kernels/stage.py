@@ -1,6 +1,7 @@
 """Residual and tangent of a stage of the quasi-linear beam in motion, for Newton with kept factors.
 
-    M (Z_tt + nu Z_t) + K (Z + tau Z_t) - sigma^2 G Z = loads,   Z^T G Z / 2 = 1 + (compression added) / dL
+    (1)  M (Z_tt + nu Z_t) + K (Z + tau Z_t) - sigma^2 G Z = loads
+    (2)  Z^T G Z / 2 = 1 + (compression added) / dL
 
 with z = zp + b a and v = vp + f a, and tau the time of retardation.  The tangent is a band that depends on
 the step and on the load alone, and a border by the constraint, G Z, which every iteration takes anew.
@@ -29,7 +30,7 @@ def set_ends(beam: Beam, controls: Array, ends: Array) -> None:
 
 @compiled(**INLINED)
 def shortening(beam: Beam, controls: Array, which: int) -> float:
-    """Z^T G Z / 2 at the clamps as they are, or its rates."""
+    """The right of (2) at the clamps as they are, or its rates."""
     added = controls[COMPRESSION, which] / (beam.scale * beam.scale)
     return 1.0 + added if which == 0 else added
 
@@ -94,7 +95,7 @@ def add_viscous_loads(beam: Beam, t: Scratch, b: float, f: float) -> None:
 
 @compiled(**INLINED)
 def residual(model: Moving, sigma: float) -> None:
-    """What is left over of the balance in t.rest, of the constraint in t.change, and G Z in t.row."""
+    """What is left over of (1) in t.rest, of (2) in t.change, and G Z in t.row."""
     beam, t = model.beam, model.scratch
     n, load = t.z.shape[0], t.load[0]
     for i in range(n):
