@@ -254,11 +254,11 @@ def main(
 ) -> Crosscheck:
     """Compare the fold of the planar beam in every model with the closed form (paper, Fig. 3).
 
-    For each end-shortening: fold angle, sigma = sqrt(load), rescaled mu and Z of the closed form,
-    the beam FEM, the elastica FEM (inextensible, and with the stretching stiffness EA of the
-    ribbon) and discrete elastic rods on two meshes and in their Richardson limit, with the
-    differences from the closed form, unknowns and seconds; then the mesh convergence of the beam
-    FEM and the rods' folds against elements that share no mechanics with them.
+    For each end-shortening dL: the angle alpha and the compressive load sigma^2 (EI2/L^2) of the fold, with
+    mu = alpha (dL/L)^(-1/2) and Z = z(1/2)/L (dL/L)^(-1/2). By the closed form of small slopes, by finite
+    elements of the beam of small slopes, of the elastica without stretch and with the ribbon's EA, and by
+    discrete elastic rods on two meshes and extrapolated. Then the mesh convergence of the beam of small
+    slopes, and the snap of a ribbon by rods and by finite elements.
     """
     progress = sweep.progress if sweep else Progress()
     exact = quasilinear.closed_form_fold()

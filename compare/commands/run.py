@@ -1,4 +1,4 @@
-"""One scene, the cheapest way to a number of it, and how far that number can be trusted."""
+"""The snap or the fold of one scene, by the cheapest model that meets a tolerance, with its error."""
 
 from __future__ import annotations
 
@@ -97,13 +97,14 @@ def main(
     frames: int = 150,
     sweep: Sweep | None = None,
 ) -> RunResult:
-    """Give a number of the scene in a TOML file, by the cheapest model that meets --tolerance (rad).
+    """Compute the angle at which a scene snaps or folds, by the cheapest model that meets --tolerance (rad).
 
-    --quantity is "snap" (z = 0 at midspan), "first snap" (t_z = 0 at midspan) or "fold" (the last fold that
-    a very slow ramp meets). --motion gives the motion too: an interactive view (run-view.html), a film
-    (run-film.gif) of so many --frames, and as many files for ParaView (run-vtu/motion.pvd). It ends with the
-    snap; without a stop it goes on until it has decayed. The file holds the fields of a Scene, and a table
-    [ribbon].
+    The scene is read from a TOML file: the fields of a Scene, and a table [ribbon]. --quantity is the clamp
+    angle of the "snap" (the height z at midspan passes 0), of the "first snap" (the z-component of the
+    tangent at midspan passes 0) or of the "fold" (the last one that a very slow ramp meets). --motion also
+    writes an interactive view (run-view.html), a film (run-film.gif) of so many --frames, and as many files
+    for ParaView (run-vtu/motion.pvd). The motion ends with the snap; if the scene has no `stop`, it goes on
+    until it has decayed.
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)

@@ -290,10 +290,10 @@ def main(
     seed: int = 7,
     sweep: Sweep | None = None,
 ) -> Calibration:
-    """Measure the laws behind `compare.choose` anew, write them as laws.json, and compare with the shipped.
+    """Measure again the laws of error and cost by which `compare.choose` chooses; write them as laws.json.
 
-    --parts planar, ribbon (rods) or elements (single runs) measures a part; the shipped file has the others.
-    With --seed --scenes planar ones are drawn, and --ribbons sheared ones; of elements that many of each.
+    --parts planar, ribbon (rods) or elements (single runs) measures one part, the others keep their shipped
+    laws. --scenes planar ones and --ribbons sheared ones are drawn with --seed; of elements so many of each.
     """
     sweep = sweep or Sweep()
     choice("parts", parts, ("all", "planar", "ribbon", "elements"))

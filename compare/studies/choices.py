@@ -239,9 +239,9 @@ def main(
     """Check `compare.choose` on scenes drawn at random: is the tolerance met, and the error covered?
 
     Half of the scenes are planar, half ribbons; section, dL, dW, rate and damping are drawn with --seed.  The
-    quantity is the angle of the snap, z(1/2) = 0, asked for to each of --tolerances (rad).  Each answer is
-    compared with a finer reference and its witness, and its CPU time, choosing included, with that of the
-    discrete rod at N = 101 and a tolerance of 1e-4 L, stopped at the snap too.
+    quantity is the angle of the snap, z(1/2) = 0, to each of --tolerances (rad).  Each answer is
+    compared with a finer run, which a second model confirms. Its CPU time, choosing included, is compared
+    with that of the discrete rod at N = 101 and a tolerance of 1e-4 L, stopped at the snap too.
     """
     whole_number("scenes", scenes, 2)
     whole_number("seed", seed, 0)

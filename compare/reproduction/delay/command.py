@@ -77,9 +77,10 @@ def main(
 ) -> Delays:
     """Measure how late the snap comes, for every model, damping and rate (paper, Figs. 6 to 9).
 
-    The delay of the angle past the static fold on the same mesh, against the prediction from the
-    fold's normal form, which has no free parameter; exponents with their ranges.
-    --systems: beam, ribbon or all.
+    The delay is the angle between the snap and the static fold of the same mesh. It is compared with the
+    prediction from the fold's normal form, which has no free parameter. Exponents of the rate are given
+    with the range of rates over which they were fitted. --systems: beam, ribbon or all. --decades: how many
+    decades of the rate.
     """
     sweep = sweep or Sweep()
     if systems not in GROUPS:

@@ -240,12 +240,13 @@ def main(
 ) -> Folds:
     """Folds and states of the ribbon at rest: 3D finite elements against discrete elastic rods.
 
-    Tables of folds, critical angles and passes in both models, with the order of the rods in
-    their number of nodes and their Richardson limits, and the mesh convergence of the elements;
-    Paths 1 and 2, critical angles, states against the shear, their phase diagram, curvatures,
-    and the map of the static bound on type 1 skipping (Figs. 4, 5, appendices A and B).
-    --swept: compressions and shears of Fig. 5; --columns, --rows: points of the bound's map in
-    the compression and in the shear; --phase-step: grid of the rods in the phase diagram.
+    Tables: fold angles alpha_c1, alpha_c2 and saddles of both models; the order of convergence of the
+    rods in their number of nodes, and their limit (Richardson); the mesh convergence of the elements.
+    Figures: Paths 1 and 2, fold angles, states against the shear, their phase diagram, curvatures, and
+    where a ribbon that leaves its first fold at rest has the energy to skip U+S- (type 1 skipping) (Figs. 4,
+    5, appendices A and B). --swept: compressions and shears of Fig. 5. --columns, --rows: points of the map
+    of type 1 skipping, in the compression and in the shear. --phase-step: grid of the rods in the phase
+    diagram.
     """
     sweep = sweep or Sweep()
     if len(nodes) != 3 or not nodes[0] < nodes[1] < nodes[2]:

@@ -227,12 +227,12 @@ def main(
     before: Path | None = None,
     sweep: Sweep | None = None,
 ) -> Accuracy:
-    """Error against CPU time of every model, mesh, clamp, method and step or tolerance, and the fronts.
+    """Error against CPU time of every model, mesh, clamp, method and step or tolerance.
 
-    Errors are of fold and snap angles, of shapes in L2, of energies and of their balance, against
-    references that share no mechanics with what they judge, or verified limits. CPU seconds are of
-    the solve alone, the least of --rounds, in turns. --before accuracy.json: an earlier run's, whose
-    ranking is compared with this one's.
+    Errors are those of fold and snap angles, of shapes (L2 norm), of energies and of their balance. The
+    reference is a model that shares no mechanics with the one that is judged, or a limit that was checked.
+    CPU seconds are those of the solution alone, the least of --rounds. --before accuracy.json: results of
+    an earlier run, to compare the ranking with.
     --group: all, static-planar, static-ribbon, dynamic-planar, dynamic-ribbon; --model: all,
     quasilinear, elastica, kirchhoff, der; --row KEY: that row alone, to a file of its own.
     --processes 1 takes twice as long, and its timings do not disturb each other.
@@ -251,7 +251,7 @@ def main(
     result = Accuracy(rounds, rows, known, studied, old, bool(row))
     if not row and not defaults_of_fronts(result.choices):
         raise SolverError(
-            "the default configuration came to an end in no group; its rows alone: --row KEY says why"
+            "the default configuration failed in every group; `--row KEY` runs one of its rows and says why"
         )
     return result
 

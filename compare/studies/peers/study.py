@@ -183,9 +183,10 @@ def main(*, rounds: int = 7, explicit: bool = True, auto: bool = True, sweep: Sw
     """Run the same scenes through other programs, and compare the time that the same error costs.
 
     Exudyn and PyElastica come with the extra ribbonfem[peers]; AUTO-07p is a program of its own,
-    found by AUTO_DIR or on the path, and needs gfortran.  What is missing is left out, and said.
-    One thread; CPU seconds of the solve alone of the others, of the whole call of ours; the
-    ratios are of runs by turns.  --no-explicit leaves out the long runs of PyElastica.
+    found by AUTO_DIR or on the path, and needs gfortran.  A program that is missing is left out, and the
+    report says so.  All runs use one thread.  CPU seconds are those of the solution alone for the others,
+    and of the whole call for ours.  Two programs whose ratio is given run alternately.  --no-explicit
+    leaves out the long runs of PyElastica.
     """
     alone = here(sweep)
     whole_number("rounds", rounds, 1, 1000)
