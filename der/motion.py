@@ -175,9 +175,9 @@ def simulate(
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"
         elif status == kernels.STUCK:
             steps = f"step = {fixed:g} s" if fixed is not None else f"tolerance = {local:g}"
-            cause = f"from {steps} down to {1e-9 * unit:.1e} s no step found a next state"
+            cause = f"it does not converge, with steps from {steps} down to {1e-9 * unit:.1e} s"
         else:
-            cause = "its energy grew by more than a quarter beyond the work done"
+            cause = "its energy grew by more than a quarter beyond the work that was done"
         raise SolverError(
             f"{getattr(method, 'name', method)} stopped at t = {run.clock[kernels.TIME] * unit:.6g} s, "
             f"{control_text(scene, history.control[-1])}, on {rod.nodes} nodes: {cause}",

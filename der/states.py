@@ -115,7 +115,7 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         while index:
             shift *= 4.0
             if not shift < 1e30:
-                raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: its Hessian is no number")
+                raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: its Hessian is not finite")
             factors = hessian.copy()
             factors[: len(gradient), 0] += shift * rod.inertia
             index = kernels.factor(factors, free.start, free.stop)
@@ -126,7 +126,7 @@ def relax(problem: Statics, state: RodState, parameter: float, *, most: int = 40
         shift = max(1.0, shift / 16.0)
         size = float(np.abs(increment).max())
         if not np.isfinite(size):
-            raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: a descent step is no number")
+            raise SolverError(f"no stable equilibrium of {rod.nodes} nodes: a descent step is not finite")
         increment *= min(1.0, 0.1 / size)
         while True:
             trial = problem.advance(state, increment, parameter)
@@ -318,7 +318,7 @@ def forget() -> None:
 def _start_of(scene: Scene, nodes: int, clamp: str) -> RodState:
     rod = Rod(scene, nodes, clamp)
     if scene.dressed:
-        # named where nothing else acts, then all of that is brought on together
+        # named where nothing else acts, then all of that is increased from 0 together
         plain = _start_of(replace(scene.plain, drive="left"), nodes, clamp).copy()
         state = brought_on(Loading(rod), plain, scene, default_steps(rod))
         return replace(state, at=scene.begin)

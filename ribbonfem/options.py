@@ -262,6 +262,6 @@ def require_duration(scene: Scene, step: float | None, largest_turn: float, row:
         if not duration <= most:
             raise SceneError(
                 f"Scene.{name} = {shown(getattr(scene, name))}: the clamp would be {what} for "
-                f"{duration:.3g} s; at most {most:.3g} s (1e12 t*) are allowed, beyond which the "
-                "steps of a snap are rounding"
+                f"{duration:.3g} s; at most {most:.3g} s (1e12 t*) are allowed: in longer ones the "
+                "time steps of a snap are lost to rounding"
             )

@@ -74,8 +74,8 @@ class Scene:
     start:
         The pre-deformed state: "U+" or "U-" without shear; with shear any of "U+S+", "U+S-",
         "U-S+", "U-S-", "U+", "U-", "S+", "S-".  Whether it is a stable equilibrium there is
-        for the models to say.  It is named where nothing else acts; presets, loads and a natural shape are
-        then brought on together, at rest.
+        for the models to say.  It is named without presets, loads and natural shape; these are then
+        increased from 0 together, at rest.
     drive:
         What the control moves: the name of a control ("left", "right", "twist_left", "twist_right",
         "compression", "shear", "lift", "force"), "both" (clamps turn down alike), "opposed", or a `Drive`.
@@ -106,7 +106,7 @@ class Scene:
     Warns
     -----
     SceneWarning
-        Of angles that look like degrees; once of a ribbon that is heavy, where nothing is said of gravity.
+        Of angles that look like degrees; once of a ribbon whose weight counts, if `gravity` is not given.
 
     Examples
     --------
@@ -342,8 +342,8 @@ class Scene:
         """Raise a `SceneError` if a planar `model` is asked for a scene that leaves its plane."""
         if self._leaves_plane:
             raise SceneError(
-                f"{self._leaves_plane}: leaves the plane, and {model} is planar: without shear, twist and "
-                "weight along y; kirchhoff and der have them"
+                f"{self._leaves_plane}: moves the ribbon out of its plane, and {model} is a planar model: it "
+                "has no shear, no twist and no weight along y; kirchhoff and der have them"
             )
 
     @property

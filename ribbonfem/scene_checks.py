@@ -215,8 +215,8 @@ def warn_of_slips(
         if weight > 1.0:
             _told.add(ribbon)
             warnings.warn(
-                f"Scene.gravity = None: nothing is said of weight, and the ribbon's is {weight:.3g} "
-                f"EI2/L^2 at {_GRAVITY:g} m/s2; gravity=(0, 0, 0) says that none acts",
+                f"Scene.gravity = None: no weight acts, though at {_GRAVITY:g} m/s2 the ribbon's would be "
+                f"{weight:.3g} EI2/L^2. Give gravity=(gx, gy, gz) in m/s2, or (0, 0, 0) for none",
                 SceneWarning,
                 stacklevel=3,
             )

@@ -151,7 +151,7 @@ def test_start_states_of_drawn_scenes_against_elements(scene):
 @pytest.mark.parametrize("clamp", ["centred", "two-node"])
 @pytest.mark.parametrize("nodes", [21, 22])
 def test_derivatives_in_controls_and_shares(scene, clamp, nodes):
-    """Of the residual in the control and in the share of what is brought on, by differences."""
+    """Of the residual in the control and in the share of what acts, by differences."""
     rods = [
         Rod(replace(scene, drive=name, preset={n: x for n, x in PRESET.items() if n != name}), nodes, clamp)
         for name in CONTROLS
@@ -204,7 +204,7 @@ def test_right_is_the_image_of_left():
 
 def test_a_start_that_does_not_stay_stable_is_told():
     lifted = Scene(**(NONE | {"preset": {"lift": 0.05}}))
-    with pytest.raises(ValueError, match=r"lift = 0.05 is brought on: a fold at"):
+    with pytest.raises(ValueError, match=r"lift = 0.05 is increased from 0: a fold at"):
         der.state(lifted, nodes=31)
 
 

@@ -147,7 +147,7 @@ def test_a_start_that_is_lost_on_the_way_says_where():
     (point,) = elastica.instabilities(planar(compression=0.05, drive="force"))
     assert point.kind == "pitchfork"
     with pytest.raises(
-        SceneError, match=r"preset force = 50 is brought on: a .* at 0\.[0-9]* of it"
+        SceneError, match=r"preset force = 50 is increased from 0: a .* at 0\.[0-9]* of it"
     ) as error:
         elastica.folds(planar(compression=0.05, preset={"force": 50.0}))
     share = float(str(error.value).split(" at ")[-1].split()[0])

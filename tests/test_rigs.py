@@ -219,7 +219,7 @@ def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
 
 def test_a_start_that_is_lost_on_the_way_says_where():
     # the fold of the force is at 20.34
-    with pytest.raises(SceneError, match=r"preset force = 30 is brought on: a fold at 0\.678"):
+    with pytest.raises(SceneError, match=r"preset force = 30 is increased from 0: a fold at 0\.678"):
         kirchhoff.state(Scene(**SHEARED, preset={"force": 30.0}))
 
 

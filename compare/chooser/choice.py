@@ -83,7 +83,9 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
             there = " and ".join(letters)
             refuse("quantity", quantity, f"needs a start with {there} in its name, not {scene.start!r}")
     if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
-        refuse("quantity", quantity, "the control turns back, so that it tells no instant: 'snap time' does")
+        refuse(
+            "quantity", quantity, "the control turns back, so that it has a value twice: ask for 'snap time'"
+        )
     if flag("motion", motion):
         choice("quantity", quantity, tuple(CROSSINGS))
         scene.require_stop()
@@ -112,9 +114,9 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
     if lost is not None:
         where = control_text(scene, lost.control)
         raise SceneError(
-            f"Scene.drive = {scene.drive!r}: at {where} the state at rest is lost at a {lost.kind}"
-            f"{' out of its plane' if lost.out_of_plane else ''}, where a perfect run stays on it; when it "
-            "snaps depends on the imperfection: a preset, as small as it may be, is needed"
+            f"Scene.drive = {scene.drive!r}: at {where} the state at rest loses stability at a {lost.kind}"
+            f"{' out of its plane' if lost.out_of_plane else ''}. A run without imperfection stays on the "
+            "unstable state, and the snap depends on the imperfection. Give one: a small preset"
         )
     if quantity == "fold":
         reason = "another rig: geometrically exact elements, refined until meshes agree"
@@ -147,8 +149,8 @@ def require_plane(scene: Scene) -> None:
         raise SceneError(
             f"Scene.shear = {scene.shear!r}: with bending_ratio = {ribbon.bending_ratio:.6g}, twist_ratio = "
             f"{ribbon.twist_ratio:.6g} the planar state at rest is unstable out of its plane from "
-            f"{leaves:.6g} rad on, before it folds or the clamp stops; when it snaps depends on how far from "
-            "planar it is: a shear, as small as it may be, is needed"
+            f"{leaves:.6g} rad on, before it folds or the clamp stops. The snap then depends on the "
+            "imperfection. Give one: a small shear"
         )
 
 

@@ -40,9 +40,9 @@ class Answer(Value):
     history: History | None
 
     def __repr__(self) -> str:
-        result = "no such instant" if self.value is None else f"{self.value:.9g} rad"
-        kept = "sensitive" if self.sensitive else "met" if self.met else "not met"
-        return f"Answer({result}, to {self.error:.1e}: {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
+        result = "no snap" if self.value is None else f"{self.value:.9g}, error {self.error:.1e}"
+        kept = "sensitive" if self.sensitive else f"tolerance {'met' if self.met else 'not met'}"
+        return f"Answer({result}, {kept}; {len(self.runs)} runs, {self.seconds:.3g} s)"
 
     def _repr_html_(self) -> str:
         rows = [(run.model, short_options(run.options), run.value, run.seconds) for run in self.runs]

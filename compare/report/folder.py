@@ -43,7 +43,7 @@ def require_room(folder: Path) -> None:
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"{value!r} where words should be")
+        raise ValueError(f"{value!r} where text should be")
     return value
 
 

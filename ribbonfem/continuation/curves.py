@@ -240,8 +240,8 @@ def _ramp_events(
                 break
             if beyond[1] < beyond[0]:
                 raise SolverError(
-                    f"the stable sheet beyond the fold at {reached.parameter:.6g} is met backwards; "
-                    "its folds are in `equilibria`"
+                    f"beyond the fold at {reached.parameter:.6g} the curve reaches a stable state from the "
+                    "other side, where a ramp does not go; the whole curve is in `equilibria`"
                 )
             seeking = False
             continue

@@ -38,15 +38,18 @@ def brought_on(problem: Problem[State], state: State, scene: Scene, steps: Steps
                 kind = segment.events[0].kind if segment.events else "loss of stability"
                 share = segment.events[0].point.parameter if segment.events else segment.end.parameter
                 raise SceneError(
-                    f"Scene.start = {scene.start!r}: it does not stay stable while {acting} is brought on: a "
-                    f"{kind} at {share:.6g} of it"
+                    f"Scene.start = {scene.start!r}: the state loses stability while {acting} is increased "
+                    f"from 0: a {kind} at {share:.6g} of it"
                 )
     except SolverError as error:
         where = 0.0 if last is None else last.end.parameter
         raise SceneError(
-            f"Scene.start = {scene.start!r}: it could not be followed while {acting} is brought on, beyond "
-            f"{where:.6g} of it: {error}"
+            f"Scene.start = {scene.start!r}: the state cannot be followed while {acting} is increased from "
+            f"0, beyond {where:.6g} of it: {error}"
         ) from None
     if last is None or last.end.parameter != 1.0:
-        raise SceneError(f"Scene.start = {scene.start!r}: it turns back while {acting} is brought on")
+        raise SceneError(
+            f"Scene.start = {scene.start!r}: the curve of equilibria turns back while {acting} is increased "
+            "from 0"
+        )
     return problem.advance(last.end.state, 0.0 * last.end.direction, 1.0)

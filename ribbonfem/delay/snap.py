@@ -135,7 +135,8 @@ def _from(
         if crossing is not None:
             return end.time - crossing[0]
     raise SolverError(
-        f"the {quantity} does not follow from the fold at {form.angle:.6g} rad by itself", history
+        f"a ribbon that leaves the fold at {form.angle:.6g} rad, the clamp held there, has no {quantity}",
+        history,
     )
 
 

@@ -66,7 +66,7 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, methods=ALL_METHODS)
     scene.require_stop()
     if control.method.mean and scene.ribbon.retardation > 0.0:
-        refuse("method", method, "is of elastic moments alone, and Ribbon.retardation is not 0")
+        refuse("method", method, "takes elastic moments only, and Ribbon.retardation is not 0")
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initial_states.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}

@@ -24,7 +24,7 @@ def named(scene: Scene, elements: int, extensible: bool) -> tuple[Statics, _Stat
     ------
     SceneError, OptionError
         For a scene that is not planar, one that its stretch keeps flat, a mesh that cannot be; where
-        the start is lost while what acts is brought on.
+        the start loses stability while what acts is increased from 0.
     """
     if flag("extensible", extensible):
         scene.require_planar("elastica")

@@ -14,7 +14,7 @@ from ribbonfem.scene import Scene
 
 from .problem import Frames, Statics
 
-# step of differences in the share of what is brought on
+# step of differences in the share of what acts
 _SHARE = 1e-5
 
 

@@ -358,7 +358,7 @@ def _from_coarse(scene: Scene, elements: int, extensible: bool) -> Frames | None
 @lru_cache(maxsize=16)
 def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
     if scene.dressed:
-        # named where nothing else acts, then all of that is brought on together
+        # named where nothing else acts, then all of that is increased from 0 together
         start = _start_of(scene.plain, elements, extensible)
         state = brought_on(Loading(in_control(scene, elements, extensible), scene), start, scene)
         return Frames(state.g, state.force, scene.begin)

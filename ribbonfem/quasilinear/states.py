@@ -22,7 +22,7 @@ def named(scene: Scene, elements: int, degree: int | None) -> tuple[Statics, _St
     ------
     SceneError, OptionError
         For a scene that is not planar, a mesh that cannot be; where the start loses its stability while what
-        acts is brought on.
+        acts is increased from 0.
     """
     problem = Statics(scene, elements, degree)
     if not scene.dressed:

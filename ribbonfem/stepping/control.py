@@ -123,11 +123,11 @@ def problem_of(status: int, scene: Scene, control: Control) -> str:
     if status == kernels.STUCK:
         steps = f"of step = {control.step:g} s" if control.step else f"of tolerance = {control.tolerance:g}"
         least = SMALLEST_STEP * scene.ribbon.inertial_time
-        return f"{control.method.name} {steps} found no next state by any step down to {least:.1e} s"
+        return f"{control.method.name} {steps} does not converge, with steps down to {least:.1e} s"
     if status == kernels.CREPT:
         return (
-            f"{control.method.name} of step = {control.step:g} s found no next state by steps as long, and "
-            "took many times as many shorter ones: it needs a shorter step, or a tolerance in its place"
+            f"{control.method.name} of step = {control.step:g} s does not converge with steps as long, and "
+            "took many times as many shorter ones: give a shorter step, or a tolerance instead"
         )
     if status == kernels.GREW:
         return (
