@@ -19,7 +19,7 @@ from ribbonfem.delay import universal
 from ribbonfem.options import OptionError
 
 PLANAR = Scene(compression=0.40, shear=0.0, start="U+", rate=0.1, damping=1.0)
-RATTLE = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.01, damping=0.1)
+VIBRATING = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.01, damping=0.1)
 
 
 def rod_limit(scene, meshes=(51, 101), tolerance=1e-5):
@@ -80,7 +80,7 @@ def test_the_motion_takes_a_run_and_a_tighter_one_is_finer():
     assert meshes[0] < meshes[1] < meshes[2]
 
 
-def test_ribbons_climb_until_they_settle():
+def test_ribbons_are_refined_until_they_settle():
     scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0)
     fine = rod_limit(scene, (101, 151, 201), 1e-6)
     # rods share no mechanics with what is chosen: one run, whose error was measured
@@ -109,11 +109,11 @@ def test_a_stop_at_the_snap_itself_is_called_sensitive():
     assert choose(replace(ribbon, stop=snap + 0.01), 1e-3).run().met
 
 
-def test_a_rattle_is_called_sensitive():
+def test_a_vibration_is_called_sensitive():
     # the elements settle what takes rods many nodes ...
-    assert choose(RATTLE, 1e-3).run().met
+    assert choose(VIBRATING, 1e-3).run().met
     # ... and tell where nothing settles
-    answer = choose(replace(RATTLE, rate=0.0193, damping=0.226), 1e-3).run()
+    answer = choose(replace(VIBRATING, rate=0.0193, damping=0.226), 1e-3).run()
     assert answer.sensitive
     assert not answer.met
     assert answer.error > 1e-3
@@ -224,7 +224,7 @@ def test_the_limit_of_meshes():
 
 
 def test_snaps_that_meshes_do_not_share_are_not_extrapolated():
-    rods = refinement._Rods(RATTLE, "snap", 1e-4, False)
+    rods = refinement._Rods(VIBRATING, "snap", 1e-4, False)
     rods.meshes, rods.values = [31, 51, 76], [0.4, None, 0.41]
     assert rods.limit() == (None, math.inf)
     rods.values = [None, None, None]
@@ -284,7 +284,7 @@ def test_a_planar_snap_is_as_exact_as_it_claims():
 @pytest.mark.parametrize(("planar", "scenes"), [(True, 8), (False, 2)])
 def test_the_claimed_error_covers_the_true_one(planar, scenes):
     """Of planar scenes by one run of the elastica at most, against elements in three dimensions."""
-    # (none of the ribbons rattles)
+    # (none of the ribbons vibrates)
     rng = np.random.default_rng(21)
     for _ in range(scenes):
         scene = random_scene(rng, planar=planar)
@@ -312,15 +312,15 @@ def test_a_law_of_single_runs_knows_where_the_beam_rings():
 def test_runs_that_agree_by_chance_claim_what_they_scatter():
     scatters = [levels.scatter(PLANAR, local) for local in (1e-5, 3e-6, 1e-6)]
     assert scatters == sorted(scatters, reverse=True)
-    # a difference that is 0 is no error of 0, and of a rattle it says nothing where the one before was large
+    # a difference that is 0 is no error of 0; of a vibration it says nothing where the one before was large
     assert levels._claimed([1.0, 1.0], scatters[:2], False) == scatters[1]
-    smooth, rattle = (levels._claimed([1.0, 1.01, 1.01], scatters, rattling) for rattling in (False, True))
+    smooth, vibrating = (levels._claimed([1.0, 1.01, 1.01], scatters, one) for one in (False, True))
     assert smooth == pytest.approx(6e-3)
-    assert rattle == pytest.approx(3e-2)
-    # two runs tell nothing of a rattle, and three that agree no more than what errors of its way leave
+    assert vibrating == pytest.approx(3e-2)
+    # two runs tell nothing of a vibration, and three that agree no more than what errors of its way leave
     assert levels._claimed([1.0, 1.0], scatters[:2], True) == math.inf
-    rattles = [levels.scatter(PLANAR, local, True) for local in (1e-5, 3e-6, 1e-6)]
-    assert levels._claimed([1.0, 1.0, 1.0], rattles, True) == rattles[-1] > scatters[-1]
+    vibrates = [levels.scatter(PLANAR, local, True) for local in (1e-5, 3e-6, 1e-6)]
+    assert levels._claimed([1.0, 1.0, 1.0], vibrates, True) == vibrates[-1] > scatters[-1]
     # where no scatter was measured, and where the difference is none, it counts several times
     little = [1.0, 1.0 + 0.5 * scatters[0]]
     assert levels._claimed(little, scatters[:2], False) == pytest.approx(scatters[0])

@@ -287,7 +287,7 @@ def shares_around(model, rate, damping, count=200, **options):
 @pytest.mark.slow
 @pytest.mark.parametrize(("rate", "damping"), [(0.01, 0.1), (0.03, 0.2), (0.04, 0.3)])
 def test_shares_inside_a_region_do_not_depend_on_mesh_tolerance_or_model(rate, damping):
-    """Where the ribbon rattles far from a boundary: a few percent do not skip, whatever runs them.
+    """Where the ribbon vibrates far from a boundary: a few percent do not skip, whatever runs them.
 
     On a boundary itself they do depend on the mesh, as the boundary does: see the guide.
     """

@@ -191,7 +191,7 @@ def test_snaps_are_those_of_the_rods_limit():
     assert snap(second, "slope", **options) == pytest.approx(0.338914, abs=2e-5)
     assert snap(second, **options) == pytest.approx(0.6000015, abs=5e-6)
     assert snap(third, "slope", **options) == pytest.approx(0.214532, abs=5e-6)
-    # rattles between its snaps
+    # vibrates between its snaps
     assert snap(third, **options) == pytest.approx(0.48392, abs=1.2e-4)
 
 
@@ -265,7 +265,7 @@ def test_order_in_the_step(method, extensible):
 
 
 def test_lengths_and_frames_do_not_drift():
-    """Hundreds of steps of rattling: frames stay unit quaternions, the ribbon as long as it was."""
+    """Hundreds of steps of vibration: frames stay unit quaternions, the ribbon as long as it was."""
     case = replace(SNAP, damping=0.2, hold=2.0)
     history = kirchhoff.simulate(case, elements=6, tolerance=1e-4)
     assert history.stats["steps"] > 500

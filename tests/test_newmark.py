@@ -163,7 +163,7 @@ def test_coarse_steps_are_halved_through_the_snap(model, step):
 
 
 def test_undamped_after_a_snap_energy_does_not_grow():
-    """20 s of ringing and rattling with nothing to take the energy out, adaptive, default method."""
+    """20 s of vibration with nothing to take the energy out, adaptive, default method."""
     case = replace(SCENE, rate=1.0, stop=1.3, damping=0.0, hold=20.0)
     history = elastica.simulate(case, elements=8, tolerance=1e-4)
     assert history.crossing("height") is not None

@@ -11,7 +11,7 @@ In order of cost:
 * the folds and the predicted delay of a ribbon, where the ramp is so slow, and its damping so weak,
   that a run would have to follow a long vibration which cannot carry it over the barrier;
 * a ribbon in motion by elements of the Kirchhoff rod, in the same way; a run reads off itself whether it
-  rattles, and is checked by two others then, and by finer ones until the tolerance is met;
+  vibrates, and is checked by two others then, and by finer ones until the tolerance is met;
 * discrete rods on two or more meshes, extrapolated, where the elements fail.
 
 The reference of all errors is the ribbon as it is stated: in three dimensions and extensible.
@@ -193,7 +193,7 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     if not motion and result.error <= tolerance:
         if result.angle + result.error < stop:
             small = result.delay <= tolerance
-            reason = f"{known}, to {result.error:.1e}" + (
+            reason = f"{known}, error {result.error:.1e}" + (
                 "; the delay itself is below the tolerance" if small else ""
             )
             return chosen(Known, "prediction", {}, result.error, 1e-3, reason, value=side * result.angle)
@@ -206,12 +206,12 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     for beam in laws.planar.beam_runs:
         error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
         if error <= tolerance and laws.planar.seconds(beam) <= cost:
-            reason = f"a prediction is good to {result.error:.1e} only; " if not motion else "the motion: "
-            reason += f"planar and stable out of plane: {beam.elements} elements of the elastica do, "
-            reason += f"to {error:.1e}"
+            reason = f"a prediction has an error of {result.error:.1e}; " if not motion else "the motion: "
+            reason += f"planar and stable out of plane: {beam.elements} elements of the elastica, expected "
+            reason += f"error {error:.1e} rad"
             rest = {"elements": beam.elements, "extensible": True, "tolerance": beam.tolerance}
             return chosen(OneBeam, "elastica", rest, error, laws.planar.seconds(beam), reason)
-    return refined("and finer than a law of cheaper beams")
+    return refined("to a tolerance below those of single runs whose error was measured")
 
 
 def _elements(scene: Scene, tolerance: float, quantity: str, why: str, motion: bool) -> Choice:
@@ -220,8 +220,9 @@ def _elements(scene: Scene, tolerance: float, quantity: str, why: str, motion: b
     whose = "elastica" if scene.planar else "Kirchhoff rod"
     if law:
         count, local, error, seconds = law
-        reason = f"{why}: {count} elements of the {whose} at a tolerance of {local:.3g} L do, to {error:.1e}"
-        reason += "" if scene.planar else ", unless the run rattles: then finer ones check it"
+        reason = f"{why}: {count} elements of the {whose}, steps to {local:.3g} L, expected error "
+        reason += f"{error:.1e} rad"
+        reason += "" if scene.planar else "; if it still vibrates from its first snap, finer runs check it"
     else:
         (count, local), (_, finer), *_ = levels.first_runs(scene, tolerance)
         error, seconds = levels.scatter(scene, finer), levels.seconds(scene, tolerance)
@@ -236,8 +237,9 @@ def _ribbon(scene: Scene, tolerance: float, quantity: str, motion: bool) -> Choi
         uncertain = predicted.expected_error(scene)
         if uncertain <= tolerance:
             reason = (
-                f"a run would ring for some {steps:.0f} steps before it snaps: the fold from finite elements "
-                f"and the delay to its next order, to {uncertain:.1e} or so; else a run"
+                f"a run would vibrate for some {steps:.0f} steps before it snaps. The fold comes from finite "
+                f"elements, the delay from theory to its next order, with an error of about {uncertain:.1e} "
+                "rad; where that does not do, a run"
             )
             return Slow(scene, quantity, tolerance, "folds", {}, uncertain, _SLOW_SECONDS, reason)
     return _elements(scene, tolerance, quantity, "sheared", motion)

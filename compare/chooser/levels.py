@@ -8,7 +8,7 @@ than the coarser one scatters by, it counts several times, for a single differen
 and where the one before was much larger, a part of that counts.  Errors fall too unevenly for an
 extrapolation, also on steps that are halved one by one.
 
-A run reads off itself whether it rattles: a ribbon that snaps twice and has not forgotten its first
+A run reads off itself whether it vibrates: a ribbon that snaps twice and has not forgotten its first
 vibration when it snaps again remembers every error made on the way, and two runs may agree by chance.  Three
 runs at least check each other then, and the larger of their differences counts.
 """
@@ -25,7 +25,7 @@ import numpy as np
 
 from ribbonfem import History, Scene, SceneError, SolverError, elastica, kirchhoff
 
-from .refinement import SCATTER, Run, Settled, apart, endless, rattles, timed, upward
+from .refinement import SCATTER, Run, Settled, apart, endless, timed, upward, vibrates
 
 # Tolerances (L) of single runs, coarsest first, and their typical CPU seconds; from one run to the next on
 # the way to an answer the tolerance falls by _FINER.
@@ -46,9 +46,9 @@ _MEASURED = ((0.01, 15.0), (0.05, 60.0), (0.004, 0.02))
 _COMPRESSIONS = {"kirchhoff": (0.1, 0.5), "elastica": (0.05, 0.5)}
 # and of planar runs the elements, by the least tolerance (L) for which they are enough
 _PLANAR_MESHES = ((5e-5, 4), (2e-7, 8), (2e-8, 12), (0.0, 16))
-# Claimed of a ribbon that rattles: this much of a smooth run's scatter, without the root, or of the larger
+# Claimed of a ribbon that vibrates: this much of a smooth run's scatter, without the root, or of the larger
 # of the last two differences.
-_RATTLE, _RATTLE_MOVES = 2.0, 3.0
+_VIBRATING, _VIBRATING_MOVES = 2.0, 3.0
 # Claimed of a difference that may be scatter: some overdamped scenes err as the root of the tolerance.
 _SMOOTH = 2.0
 # Claimed of a difference that is no scatter and stands alone, and of the last of several, which counts as at
@@ -60,10 +60,10 @@ _SURE = 8
 _SMALL = 1e-4
 
 
-def scatter(scene: Scene, local: float, rattling: bool = False) -> float:
+def scatter(scene: Scene, local: float, vibrating: bool = False) -> float:
     """What the snap of a run at a tolerance `local` (L) may be wrong by, its mesh aside, rad."""
-    if rattling:
-        return _RATTLE * _per_tolerance(scene) * local
+    if vibrating:
+        return _VIBRATING * _per_tolerance(scene) * local
     return _per_tolerance(scene) * max(local, math.sqrt(local * _FALLING))
 
 
@@ -147,7 +147,7 @@ class Single(NamedTuple):
 def alone(scene: Scene, tolerance: float) -> Single | None:
     """The single run that will do, where its error was measured; None if it was not.
 
-    A ribbon's is checked all the same if it rattles.
+    A ribbon's is checked all the same if it vibrates.
     """
     # the second of the runs that would check each other scatters little enough
     _, local = first_runs(scene, tolerance)[1]
@@ -183,7 +183,7 @@ def _closing(values: list[float | None]) -> bool:
 
 
 def _claimed(
-    values: list[float | None], scatters: list[float], rattling: bool, measured: bool = True
+    values: list[float | None], scatters: list[float], vibrating: bool, measured: bool = True
 ) -> float:
     """How far the last of two or more values may be from the limit.
 
@@ -193,8 +193,8 @@ def _claimed(
     if values[-1] is None:
         # no instant, nothing that scatters
         return 0.0 if moves[-1] == 0.0 else math.inf
-    if rattling:
-        return max(scatters[-1], _RATTLE_MOVES * max(moves[-2:])) if len(moves) > 1 else math.inf
+    if vibrating:
+        return max(scatters[-1], _VIBRATING_MOVES * max(moves[-2:])) if len(moves) > 1 else math.inf
     parts = [move / coarse for move, coarse in zip(moves[-2:], scatters[:-1][-2:], strict=True)]
     if measured and max(parts) <= 1.0:
         return max(scatters[-1], _SMOOTH * moves[-1])
@@ -220,18 +220,18 @@ def elements(scene: Scene, quantity: str, tolerance: float, *, configurations: b
     whole, model = endless(scene), model_of(scene)
 
     def made(count: int, local: float) -> tuple[Run, History, bool]:
-        """A run, its motion, and whether it rattles."""
+        """A run, its motion, and whether it vibrates."""
         options: dict[str, Any] = {"elements": count, "tolerance": local, "extensible": True}
         options |= {"configurations": configurations, "until": "snap"}
         run, history = timed(model, MODELS[model].simulate, whole, quantity, options)
         # (the mid tangent of a planar beam is level at rest and crosses nothing)
-        return run, history, quantity != "first snap" and not scene.planar and rattles(history, scene)
+        return run, history, quantity != "first snap" and not scene.planar and vibrates(history, scene)
 
     law, single, meshes = alone(scene, tolerance), None, first_runs(scene, tolerance)
     if law:
         single = made(law.elements, law.tolerance)
-        run, history, rattling = single
-        if not rattling and run.value is not None:
+        run, history, vibrating = single
+        if not vibrating and run.value is not None:
             return Settled(run.value, law.error, False, (run,), history)
         # coarser ones check it as well as finer ones do, for less
         coarser = (local for k in (2, 1) if (local := law.tolerance * _FINER**k) <= TOLERANCES[0])
@@ -241,29 +241,29 @@ def elements(scene: Scene, quantity: str, tolerance: float, *, configurations: b
     values: list[float | None] = []
     scatters: list[float] = []
     last: History | None = None
-    error, rattling, sensitive = math.inf, False, False
+    error, vibrating, sensitive = math.inf, False, False
     for count, local in meshes:
         try:
-            run, last, rattles_too = (
+            run, last, vibrates_too = (
                 single if single and law and local == law.tolerance else made(count, local)
             )
         except (SceneError, SolverError):
             if count >= _SURE:
                 raise
             continue
-        rattling = rattling or rattles_too
+        vibrating = vibrating or vibrates_too
         runs.append(run)
         values.append(run.value)
-        scatters.append(scatter(scene, local, rattling))
+        scatters.append(scatter(scene, local, vibrating))
         if len(values) == 1:
             continue
-        error = _claimed(values, scatters, rattling, scene.usual)
+        error = _claimed(values, scatters, vibrating, scene.usual)
         if error <= tolerance:
             return Settled(values[-1], error, False, tuple(runs), last)
         # runs that close in on a limit leave a tolerance unmet, and nothing undecided
         moved = apart(values[-2], values[-1])
         sensitive = not _closing(values) and moved > _SMALL
-        lost = moved > (max(4.0 * tolerance, _SMALL) if rattling else SCATTER)
+        lost = moved > (max(4.0 * tolerance, _SMALL) if vibrating else SCATTER)
         if len(values) > 3 and sensitive and lost:
             break
     return Settled(values[-1], error, sensitive, tuple(runs), last)

@@ -13,7 +13,7 @@ import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 
 from .cost_laws import BeamRun
-from .refinement import endless, rattles
+from .refinement import endless, vibrates
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 
@@ -98,7 +98,7 @@ def random_scene(rng: np.random.Generator, *, planar: bool) -> Scene:
 
 
 def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, float, bool]:
-    """Angle of the snap of a run of elements (nan: none), its CPU seconds, whether it rattles."""
+    """Angle of the snap of a run of elements (nan: none), its CPU seconds, whether it vibrates."""
     begin = time.process_time()
     options: dict[str, Any] = {"elements": elements, "tolerance": tolerance, "extensible": True}
     try:
@@ -107,7 +107,7 @@ def element_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, 
         return float("nan"), time.process_time() - begin, False
     result = history.crossing()
     angle = float("nan") if result is None else result[1]
-    return angle, time.process_time() - begin, rattles(history, scene)
+    return angle, time.process_time() - begin, vibrates(history, scene)
 
 
 def rod_snap(scene: Scene, nodes: int, tolerance: float, method: str = "tr-bdf2") -> tuple[float, float]:

@@ -8,7 +8,7 @@ difference to the limit of the last two; of either, all of it where the step is 
 not short against the angle itself, for then the meshes do not yet see the same; and never less than the
 part of the step that this makes.
 
-A ribbon that rattles between its two snaps remembers every error made on the way.  Where its free
+A ribbon that vibrates between its two snaps remembers every error made on the way.  Where its free
 vibration has not died out when it snaps again the error in time is measured too.  What does not
 settle is called sensitive: no single run decides it.
 """
@@ -30,16 +30,16 @@ from .cost_laws import RibbonLaws, beam_units
 
 # what crosses zero at each instant that can be asked for
 CROSSINGS = {"snap": "height", "first snap": "slope", "snap time": "height"}
-# snaps this far apart (rad) that further refinement does not bring together come out of a rattle
+# snaps this far apart (rad) that further refinement does not bring together come out of a vibration
 SCATTER = 0.02
 # e-foldings of a free vibration's energy after which it is forgotten
 _FORGOTTEN = 12.0
 # how far beyond the stop, in rad, to look for a snap that may belong before it
 _BEYOND = 0.3
-# a rattle converges less evenly: its estimates are multiplied by this
-_RATTLE = 4.0
-# finest mesh on which a rattle is followed, and the coarsest whose scatter is believed
-_RATTLED = 151
+# a vibration converges less evenly: its estimates are multiplied by this
+_VIBRATING = 4.0
+# finest mesh on which a vibration is followed, and the coarsest whose scatter is believed
+_VIBRATED_MESH = 151
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ def _tenth(tolerance: float) -> float:
     return float(f"{0.1 * tolerance:.6g}")
 
 
-def rattles(history: History, scene: Scene) -> bool:
+def vibrates(history: History, scene: Scene) -> bool:
     """Whether the ribbon still remembers its first snap when it passes z = 0."""
     first, last = history.crossing("slope"), history.crossing("height")
     if first is None or last is None:
@@ -192,7 +192,7 @@ class _Rods:
     def scattered(self) -> bool:
         """Whether three meshes, none of them coarse, neither agree nor come closer to each other."""
         recent = self.values[-3:]
-        if len(recent) < 3 or self.meshes[-1] < _RATTLED:
+        if len(recent) < 3 or self.meshes[-1] < _VIBRATED_MESH:
             return False
         a, b, c = (math.inf if value is None else value for value in recent)
         if not math.isfinite(c):
@@ -200,7 +200,7 @@ class _Rods:
         return abs(c - b) > SCATTER and not abs(c - b) < 0.6 * abs(b - a)
 
 
-def _finer_in_time(climbing: _Rods, tolerance: float, bound: float) -> tuple[_Rods, float, list[Run]]:
+def _finer_in_time(series: _Rods, tolerance: float, bound: float) -> tuple[_Rods, float, list[Run]]:
     """Smaller errors in time, measured on the coarsest mesh, where the law's bound is not small enough.
 
     Returns
@@ -209,18 +209,18 @@ def _finer_in_time(climbing: _Rods, tolerance: float, bound: float) -> tuple[_Ro
     """
     done: list[Run] = []
     for _ in range(2):
-        again = _Rods(climbing.scene, climbing.quantity, _tenth(climbing.tolerance), climbing.configurations)
-        again.add(climbing.meshes[0])
+        again = _Rods(series.scene, series.quantity, _tenth(series.tolerance), series.configurations)
+        again.add(series.meshes[0])
         if not again.values:
             break
-        moved = apart(climbing.values[0], again.values[0])
+        moved = apart(series.values[0], again.values[0])
         if 2.0 * moved <= tolerance / 3.0:
-            return climbing, 2.0 * moved, done + again.runs
+            return series, 2.0 * moved, done + again.runs
         # the error falls as the tolerance to the power 2/3: by 4.6, and what is left is 0.28 of the move
-        climbing, bound, done = again, 0.56 * moved, done + climbing.runs
+        series, bound, done = again, 0.56 * moved, done + series.runs
         if bound <= tolerance / 3.0:
             break
-    return climbing, bound, done
+    return series, bound, done
 
 
 def rods(
@@ -250,47 +250,47 @@ def rods(
     whole = endless(scene)
     step, error_in_time = laws.tolerance(scene, tolerance)
     meshes = list(laws.meshes[laws.beginning(first).start :])
-    climbing = _Rods(whole, quantity, step, configurations)
+    series = _Rods(whole, quantity, step, configurations)
     begin = len(laws.meshes[laws.beginning(first)])
-    while meshes and not climbing.values:
-        climbing.add(meshes.pop(0))
+    while meshes and not series.values:
+        series.add(meshes.pop(0))
     done: list[Run] = []
     trust = 1.0
-    if quantity == "snap" and climbing.history is not None and rattles(climbing.history, scene):
-        begin, trust = 3, _RATTLE
-        meshes = [nodes for nodes in meshes if nodes <= _RATTLED]
+    if quantity == "snap" and series.history is not None and vibrates(series.history, scene):
+        begin, trust = 3, _VIBRATING
+        meshes = [nodes for nodes in meshes if nodes <= _VIBRATED_MESH]
         for last in (False, True):
-            # the same mesh again with smaller errors in time: what the rattle makes of them
-            again = _Rods(whole, quantity, _tenth(climbing.tolerance), configurations)
-            again.add(climbing.meshes[0])
-            moved = apart(climbing.values[0], again.values[0]) if again.values else math.inf
+            # the same mesh again with smaller errors in time: what the vibration makes of them
+            again = _Rods(whole, quantity, _tenth(series.tolerance), configurations)
+            again.add(series.meshes[0])
+            moved = apart(series.values[0], again.values[0]) if again.values else math.inf
             error_in_time = max(error_in_time, 2.0 * moved)
             if 4.0 * moved <= tolerance:
                 done += again.runs
                 break
-            done += climbing.runs
+            done += series.runs
             # another tenth would bring some fifth of it: not enough
             if last or moved > 4.0 * tolerance:
                 value = again.values[0] if again.values else None
                 return Settled(value, 2.0 * moved, True, (*done, *again.runs), again.history)
-            climbing, error_in_time = again, 0.0
-    elif climbing.values and error_in_time > tolerance / 3.0:
-        climbing, error_in_time, done = _finer_in_time(climbing, tolerance, error_in_time)
+            series, error_in_time = again, 0.0
+    elif series.values and error_in_time > tolerance / 3.0:
+        series, error_in_time, done = _finer_in_time(series, tolerance, error_in_time)
     while True:
-        value, error = climbing.limit() if len(climbing.values) >= begin else (None, math.inf)
+        value, error = series.limit() if len(series.values) >= begin else (None, math.inf)
         total = trust * error + (error_in_time if value is not None else 0.0)
         settled = total <= tolerance
-        if settled and trust == 1.0 and climbing.history is not None and rattles(climbing.history, scene):
+        if settled and trust == 1.0 and series.history is not None and vibrates(series.history, scene):
             # the coarsest mesh did not show it
-            trust = _RATTLE
+            trust = _VIBRATING
             continue
-        if settled or climbing.scattered() or not meshes:
-            if climbing.history is None and climbing.failure is not None:
-                raise climbing.failure
+        if settled or series.scattered() or not meshes:
+            if series.history is None and series.failure is not None:
+                raise series.failure
             # meshes that close in on a limit leave a tolerance unmet, and nothing undecided
-            sensitive = not settled and not climbing.closing()
-            return Settled(value, total, sensitive, (*done, *climbing.runs), climbing.history)
-        climbing.add(meshes.pop(0))
+            sensitive = not settled and not series.closing()
+            return Settled(value, total, sensitive, (*done, *series.runs), series.history)
+        series.add(meshes.pop(0))
 
 
 def upward(scene: Scene) -> Scene:

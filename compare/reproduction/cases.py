@@ -151,7 +151,7 @@ def settle(case: Case, nodes: tuple[int, int], tolerance: float, euler: tuple[fl
     runs = tuple(run for run, _ in done)
     outcomes = {run.outcome for run in runs[:refinements] if run.outcome != "failed"}
     ratio = edge_ratio(coarse, fine)
-    # a snap that refinement moves this far comes out of a rattle and not of a fold
+    # a snap that refinement moves this far comes out of a vibration and not of a fold
     scattered = any(
         len(result) > 1 and max(result) - min(result) > SCATTER
         for result in ([s for s in column if s is not None] for column in _snaps(runs[:refinements]))

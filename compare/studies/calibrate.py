@@ -171,7 +171,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     best = np.array([f["time"]["1e-06"] for f in result])
     for label in ("1e-04", "1e-05"):
         at = np.array([f["time"][label] for f in result])
-        # ribbons that rattle are looked after by the run itself
+        # ribbons that vibrate are looked after by the run itself
         laws["time"][label] = rounded(np.nanquantile(np.abs(at - best) / rate, 0.9), 2)
     # the finest has nothing to be measured against; a decade of tolerance takes four fifths of the error
     laws["time"]["1e-06"] = rounded(laws["time"]["1e-05"] / 5.0, 2)
@@ -186,7 +186,7 @@ def rods(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
 
 
 def _single_runs(scene: Scene) -> list[tuple[float, float, bool]]:
-    """Snap (rad), CPU seconds, and whether it rattles, of each run at `SINGLE`, then of the `FINEST`."""
+    """Snap (rad), CPU seconds, and whether it vibrates, of each run at `SINGLE`, then of the `FINEST`."""
     model = levels.model_of(scene)
     meshes = [*((levels.enough_for(model, local), local) for local in SINGLE), *FINEST]
     if scene.planar:
@@ -204,14 +204,14 @@ def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
     result = Study("elements", _single_runs, drawn, cost=expected_steps).results(sweep)
     rows = []
     for scene, runs in zip(drawn, result, strict=True):
-        *_, (coarse, _, _), (truth, _, rattles) = runs
-        kind = "planar" if scene.planar else "rattling" if rattles else "smooth"
+        *_, (coarse, _, _), (truth, _, vibrates) = runs
+        kind = "planar" if scene.planar else "vibrating" if vibrates else "smooth"
         for local, (snap, seconds, _) in zip(SINGLE, runs, strict=False):
             error = abs(snap - truth)
             if abs(coarse - truth) <= max(0.2 * error, 2e-8):
                 rows.append((kind, local, error, error / levels.scatter(scene, local), seconds))
     table = []
-    for kind, local in itertools.product(("planar", "smooth", "rattling"), SINGLE):
+    for kind, local in itertools.product(("planar", "smooth", "vibrating"), SINGLE):
         these = np.array([row[2:] for row in rows if row[:2] == (kind, local)]).reshape(-1, 3)
         if len(these):
             error, seconds = rounded(np.median(these[:, (0, 2)], axis=0), 2)

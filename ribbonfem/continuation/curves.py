@@ -204,7 +204,7 @@ def ramp_events(
     At a fold the state passes to the stable sheet that the same curve reaches next at that parameter.  The
     list ends with the first branch point, or with the fold at which the height passes the mean of the
     clamps', at `stop`, at the scene's `reach_towards`, or where the curve offers no further stable sheet
-    before it climbs to states of more than two unstable directions.
+    before it comes to states of more than two unstable directions.
 
     Raises
     ------

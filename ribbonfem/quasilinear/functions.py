@@ -137,7 +137,7 @@ def equilibria(
 
     Parameters and errors as in `folds`; `span` with the control's start inside, by default (-1.5, 1.5) of
     angles, 30 EI2/L^2 of forces, .98 of what the chord allows of lengths: by default these go towards a taut
-    ribbon as far as the mesh follows it.  The curve climbs through ever higher modes: it ends with the first
+    ribbon as far as the mesh follows it.  The curve goes on through ever higher modes: it ends with the first
     state of more than `unstable` unstable directions.
     """
     problem, start = named(scene, elements, degree)
