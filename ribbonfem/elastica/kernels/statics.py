@@ -19,17 +19,9 @@ def _assemble(
     phi: Array,
     force: Array,
     carried: Array,
-    value: Array,
-    weights: Array,
-    coupling: Array,
-    bending: Array,
-    compliance: float,
+    beam: tuple[Array, Array, Array, Array, float],
     ends: Array,
-    band: Array,
-    border: Array,
-    corner: Array,
-    residual: Array,
-    column: Array,
+    filled: tuple[Array, Array, Array, Array, Array],
 ) -> None:
     """Residual and second derivatives of the Lagrangian in the inner angles and n at the right clamp.
 
@@ -38,12 +30,14 @@ def _assemble(
     phi: (nodes,) angles.
     force: (2,), n at the right clamp.
     carried: (elements, P, 6), n by the loads and the natural curvature, and their changes with the parameter.
-    value, weights, coupling, bending, compliance: see `beam.Beam`.
+    beam: value, weights, coupling, bending and compliance, see `beam.Beam`.
     ends: (2,) changes of phi of the left and of the right clamp with the parameter.
-    band: (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border: (2, m); corner: (2, 2).
-    residual, column: (m + 2,), the gradient, its last rows without the chord, and its change with the
-        parameter.  All are filled.
+    filled: what is filled: band (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border (2, m);
+        corner (2, 2); residual and column (m + 2,), the gradient, its last rows without the chord, and its
+        change with the parameter.
     """
+    value, weights, coupling, bending, compliance = beam
+    band, border, corner, residual, column = filled
     inner = phi.shape[0] - 2
     for a in range(inner):
         for d in range(P + 1):
@@ -128,21 +122,7 @@ def linearised(
     inner = phi.shape[0] - 2
     band, border, corner = np.empty((inner, P + 1)), np.empty((2, inner)), np.empty((2, 2))
     residual, column = np.empty(inner + 2), np.empty(inner + 2)
-    _assemble(
-        phi,
-        force,
-        carried,
-        value,
-        weights,
-        coupling,
-        bending,
-        compliance,
-        ends,
-        band,
-        border,
-        corner,
-        residual,
-        column,
-    )
+    beam = value, weights, coupling, bending, compliance
+    _assemble(phi, force, carried, beam, ends, (band, border, corner, residual, column))
     factors, rows, last, reach, negative = factors_of(band, border, corner)
     return residual, column, band, border, corner, factors, rows, last, reach, negative

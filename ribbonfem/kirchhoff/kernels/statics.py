@@ -136,19 +136,11 @@ def _assemble(
     g: Array,
     force: Array,
     loads: Array,
-    value: Array,
-    slope: Array,
-    weights: Array,
-    stiffness: Array,
-    compliance: float,
-    natural: Array,
+    tables: tuple[Array, Array, Array],
+    law: tuple[Array, float, Array],
     clamp_rates: Array,
     push: Array,
-    band: Array,
-    border: Array,
-    corner: Array,
-    residual: Array,
-    column: Array,
+    filled: tuple[Array, Array, Array, Array, Array],
 ) -> None:
     """Residual and Riemannian Hessian of the Lagrangian of all frames but the two clamped ones.
 
@@ -159,15 +151,18 @@ def _assemble(
     ----------
     g: (nodes, 4) unit quaternions.  force: (3,), n at the right end, in EI2/L^2.
     loads, natural: (G, p, 3, WIDTH), see `problem.Statics`.
-    value: see `LineTables`; slope, weights: the same for groups (`batch`).
-    stiffness: (3,) stiffness of the body strains (tau, -kappa2, kappa1).  compliance: EI2/(EA L^2), or 0.
+    tables: value, see `LineTables`; slope and weights, the same for groups (`batch`).
+    law: stiffness (3,) of the body strains (tau, -kappa2, kappa1); compliance EI2/(EA L^2), or 0; natural.
     clamp_rates: (2, 4) derivatives of the first and the last node's quaternions in the parameter.
     push: (3,) derivative of the force at midspan, which the left half carries.
-    band: (3 m, 3 (p + 1)), border: (3, 3 m), corner: (3, 3), filled; m = nodes - 2; the degrees
-        of freedom are the increments along `frame_basis`, half rotation vectors in the body.
-    residual, column: (4 m + 3,), filled: gradient, and its derivative in the parameter, in
-        quaternion components.
+    filled: what is filled, m = nodes - 2: band (3 m, 3 (p + 1)), border (3, 3 m), corner (3, 3), whose
+        degrees of freedom are the increments along `frame_basis`, half rotation vectors in the body;
+        residual and column (4 m + 3,), the gradient and its derivative in the parameter, in quaternion
+        components.
     """
+    value, slope, weights = tables
+    stiffness, compliance, natural = law
+    band, border, corner, residual, column = filled
     groups, points, size = slope.shape[0], slope.shape[1], slope.shape[2]
     inner, degree = g.shape[0] - 2, size - 1
     elements = (inner + 1) // degree
@@ -294,24 +289,9 @@ def linearised(
     frame_basis(g, basis)
     band, border, corner = np.empty((3 * inner, 3 * size)), np.empty((3, 3 * inner)), np.empty((3, 3))
     residual, column = np.empty(4 * inner + 3), np.empty(4 * inner + 3)
-    _assemble(
-        g,
-        force,
-        loads,
-        value,
-        slope,
-        weights,
-        stiffness,
-        compliance,
-        natural,
-        clamp_rates,
-        push,
-        band,
-        border,
-        corner,
-        residual,
-        column,
-    )
+    tables, law = (value, slope, weights), (stiffness, compliance, natural)
+    filled = band, border, corner, residual, column
+    _assemble(g, force, loads, tables, law, clamp_rates, push, filled)
     factors, rows, last, reach, negative = factors_of(band, border, corner)
     return residual, column, basis, band, border, corner, factors, rows, last, reach, negative
 
