@@ -11,19 +11,21 @@ from scipy.integrate import solve_ivp
 
 from ribbonfem import Ribbon, Scene
 from ribbonfem.ends import moving
+from ribbonfem.ends.kernels import control_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.stepping.kernels import (
     CLOCK_SIZE,
     FULL,
     KINK,
+    PHASE,
     REACTIONS,
     ROW_SIZE,
     ROWS,
     STEPS,
     Ramp,
 )
-from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, VELOCITY, ModelFunctions
+from ribbonfem.stepping.kernels.arrays import DONE, HEIGHT, TIME, VELOCITY, ModelFunctions
 from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.methods import method_of
 
@@ -55,9 +57,9 @@ def _moment(place, angle):
 
 
 @compiled()
-def _project(model, ramp, clock, spin, reset):
+def _project(model, ramp, clock, reset):
     model.now[1] = _moment(model.place, model.angles[0]) - ramp.damping * model.now[0]
-    model.angles[2] = spin
+    model.angles[2] = control_at(ramp.ends, int(clock[PHASE]), clock[TIME])[1]
     return 0.0
 
 
@@ -72,13 +74,14 @@ def _begin(model, clock):
 
 
 @compiled()
-def _stage(model, m, ramp, clock, i, h, at, angle, spin):
+def _stage(model, m, ramp, clock, i, h, at):
     diagonal = m.a[i, i] * h
     known, turn = model.now[0], 0.0
     for j in range(i):
         known += h * m.a[i, j] * model.rates[j, 1]
         turn += h * m.a[i, j] * model.rates[j, 0]
     change = model.now[1]
+    angle, spin, _ = control_at(ramp.ends, int(clock[PHASE]), at)
     model.angles[1], model.angles[2] = angle, spin
     iterations = 0
     while iterations < 30:

@@ -172,7 +172,7 @@ def _rates(model: Moving, b: float, f: float) -> None:
 
 
 @compiled(**OPTIONS)
-def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
+def _project(model: Moving, ramp: Ramp, clock: Array, reset: bool) -> float:
     t, y = model.scratch, model.motion
     controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
     _put_loads(model)
@@ -193,17 +193,7 @@ def _begin(model: Moving, clock: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def _stage(
-    model: Moving,
-    m: Scheme,
-    ramp: Ramp,
-    clock: Array,
-    i: int,
-    h: float,
-    at: float,
-    angle: float,
-    spin: float,
-) -> int:
+def _stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float) -> int:
     """Solve a stage into t.u, t.v, t.a of the scratch t."""
     t, nu = model.scratch, ramp.damping
     controls_at(ramp.ends, int(clock[PHASE]), at, t.controls)
@@ -231,17 +221,7 @@ def _stage(
 
 
 @compiled(**OPTIONS)
-def _mean_stage(
-    model: Moving,
-    m: Scheme,
-    ramp: Ramp,
-    clock: Array,
-    i: int,
-    h: float,
-    at: float,
-    angle: float,
-    spin: float,
-) -> int:
+def _mean_stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float) -> int:
     """Solve a step by the means of its forces, into the same places."""
     t, nu, phase = model.scratch, ramp.damping, int(clock[PHASE])
     controls_at(ramp.ends, phase, clock[TIME], t.controls)

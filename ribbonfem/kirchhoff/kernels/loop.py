@@ -98,7 +98,7 @@ def _known(
 
 
 @compiled(**OPTIONS)
-def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
+def _project(model: Moving, ramp: Ramp, clock: Array, reset: bool) -> float:
     t, y = model.scratch, model.motion
     pose_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.pose)
     impulse = project(model.rod, model.solver, y, t, ramp.ends, ramp)
@@ -139,17 +139,7 @@ def _ready(
 
 
 @compiled(**OPTIONS)
-def _stage(
-    model: Moving,
-    m: Scheme,
-    ramp: Ramp,
-    clock: Array,
-    i: int,
-    h: float,
-    at: float,
-    angle: float,
-    spin: float,
-) -> int:
+def _stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float) -> int:
     """Solve a stage into t.x, t.g, t.n, t.v, t.a, t.tangent_rate of the scratch t."""
     t = model.scratch
     b, f, ft = _ready(model, m, ramp, clock, i, h, at)
@@ -168,17 +158,7 @@ def _stage(
 
 
 @compiled(**OPTIONS)
-def _mean_stage(
-    model: Moving,
-    m: Scheme,
-    ramp: Ramp,
-    clock: Array,
-    i: int,
-    h: float,
-    at: float,
-    angle: float,
-    spin: float,
-) -> int:
+def _mean_stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float) -> int:
     """Solve a step by the means of its forces, into the same places."""
     t, y = model.scratch, model.motion
     # (what a step that was rejected left is the end's)

@@ -98,7 +98,7 @@ def _known(model: Moving, m: Scheme, i: int, h: float, nu: float) -> tuple[float
 
 
 @compiled(**OPTIONS)
-def _project(model: Moving, ramp: Ramp, clock: Array, spin: float, reset: bool) -> float:
+def _project(model: Moving, ramp: Ramp, clock: Array, reset: bool) -> float:
     t, y, beam = model.scratch, model.motion, model.beam
     controls_at(ramp.ends, int(clock[PHASE]), clock[TIME], t.controls)
     set_ends(beam, t.controls, t.ends)
@@ -118,17 +118,7 @@ def _begin(model: Moving, clock: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def _stage(
-    model: Moving,
-    m: Scheme,
-    ramp: Ramp,
-    clock: Array,
-    i: int,
-    h: float,
-    at: float,
-    angle: float,
-    spin: float,
-) -> int:
+def _stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float, at: float) -> int:
     """Solve a stage into t.z, t.v, t.a, t.load of the scratch t."""
     t, beam, nu = model.scratch, model.beam, ramp.damping
     controls_at(ramp.ends, int(clock[PHASE]), at, t.controls)

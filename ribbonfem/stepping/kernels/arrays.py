@@ -90,17 +90,13 @@ class ModelFunctions(NamedTuple):
     rate is its own affair: unknowns need not add.
     """
 
-    project: Callable[..., Any]  # (model, ramp, clock, spin, reset): onto the hidden constraints; an impulse
+    project: Callable[..., Any]  # (model, ramp, clock, reset): onto the hidden constraints; an impulse
     rescale: Callable[..., Any]  # (model, ratio): the auxiliary acceleration for a step so much longer
     begin: Callable[..., Any]  # (model, clock): a step, whose stage 0 is the last instant
-    stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at, angle, spin): solve it; iterations
+    stage: Callable[..., Any]  # (model, scheme, ramp, clock, i, h, at): solve it; iterations
     flows: Callable[..., Any]  # (model, nu, h): powers lost and of the controls, of the stage or step solved
-    error: Callable[
-        ..., Any
-    ]  # (model, scheme, h): of the step, estimated; minus it where none longer is to follow
+    error: Callable[..., Any]  # (model, scheme, h): of the step; minus it where none longer is to follow
     reject: Callable[..., Any]  # (model, clock): forget the stages of this step
     accept: Callable[..., Any]  # (model, scheme, h): the last stage is the new instant
     measure: Callable[..., Any]  # (model, nu, solved): `Measures`, of stage or instant
-    record: Callable[
-        ..., Any
-    ]  # (model, nu, rows, row): height, reactions, columns of its own, configurations
+    record: Callable[..., Any]  # (model, nu, rows, row): height, reactions, own columns, configurations

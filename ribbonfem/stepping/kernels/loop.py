@@ -170,7 +170,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     above = rows[0, HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * reached)
                     counts = abs(above) > ramp.departed and clock[TIME] >= ramp.since
                     clock[SIDE] = above if counts else 0.0
-                clock[WORK] += 0.5 * (clock[SPUN] + spin) * lever * project(model, ramp, clock, spin, True)
+                clock[WORK] += 0.5 * (clock[SPUN] + spin) * lever * project(model, ramp, clock, True)
                 kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                 if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
@@ -208,7 +208,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             for i in range(1, m.stages):
                 at = target if i == last else time + m.c[i] * h
                 reached, spin, _ = control_at(ends, phase, at)
-                used = stage(model, m, ramp, clock, i, h, at, reached, spin)
+                used = stage(model, m, ramp, clock, i, h, at)
                 if used < 0:
                     iterations = used - iterations
                     break
@@ -266,7 +266,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             if m.project:
                 # (at its end the step's own phase)
                 clock[TIME] = target
-                project(model, ramp, clock, spin, False)
+                project(model, ramp, clock, False)
                 clock[TIME] = time
                 measured = measure(model, nu, False)
             if m.kind == ONE_STAGE:
