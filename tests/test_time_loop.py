@@ -154,7 +154,7 @@ _loop = loop_of(
 
 @compiled()
 def run(model, scheme, ramp, clock, rows):
-    return _loop(model, scheme, ramp, clock, 1.0, rows)
+    return _loop(model, scheme, ramp, clock, rows)
 
 
 def moved(method, *, step=0.0, tolerance=0.0, room=5000):

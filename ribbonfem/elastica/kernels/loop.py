@@ -352,10 +352,10 @@ _mean_loop = loop_of(
 @compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The time loop of the elastica, see `loop_of`."""
-    return _loop(model, m, ramp, clock, 1.0, rows)
+    return _loop(model, m, ramp, clock, rows)
 
 
 @compiled()
 def run_by_means(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The same with the means of forces along a step (`average_vector_field`)."""
-    return _mean_loop(model, m, ramp, clock, 1.0, rows)
+    return _mean_loop(model, m, ramp, clock, rows)

@@ -335,10 +335,10 @@ _mean_loop = loop_of(
 @compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
     """The time loop of a Kirchhoff rod, see `loop_of`."""
-    return _loop(model, m, ramp, model.motion.clock, 1.0, rows)
+    return _loop(model, m, ramp, model.motion.clock, rows)
 
 
 @compiled()
 def run_by_means(model: Moving, m: Scheme, ramp: Ramp, rows: Array) -> int:
     """The same with the means of forces along a step (`average_vector_field`)."""
-    return _mean_loop(model, m, ramp, model.motion.clock, 1.0, rows)
+    return _mean_loop(model, m, ramp, model.motion.clock, rows)

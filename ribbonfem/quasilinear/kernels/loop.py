@@ -266,4 +266,4 @@ _loop = loop_of(
 @compiled()
 def run(model: Moving, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:
     """The time loop of the quasi-linear beam, see `loop_of`."""
-    return _loop(model, m, ramp, clock, 1.0, rows)
+    return _loop(model, m, ramp, clock, rows)

@@ -144,11 +144,10 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
     """The time loop of the models that have these functions, compiled."""
     project, rescale, begin, stage, flows, error_of, reject, accept, measure, record = functions
 
-    def run(model, m: Scheme, ramp: Ramp, clock: Array, lever: float, rows: Array) -> int:  # type: ignore[no-untyped-def]
+    def run(model, m: Scheme, ramp: Ramp, clock: Array, rows: Array) -> int:  # type: ignore[no-untyped-def]
         """Step until the end, until the rows are full (call again with more), or until no step converges.
 
-        `lever` is d(clamped dof)/d(control) of the model's impulses.  State is in `clock` and the model, in
-        and out, so that a resumed run is bitwise the uninterrupted one.
+        State is in `clock` and the model, in and out, so that a resumed run is bitwise the uninterrupted one.
         """
         nu, ends = ramp.damping, ramp.ends
         last, final = m.stages - 1, ramp.ends.longest.shape[0] - 1
@@ -170,7 +169,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     above = rows[0, HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * reached)
                     counts = abs(above) > ramp.departed and clock[TIME] >= ramp.since
                     clock[SIDE] = above if counts else 0.0
-                clock[WORK] += 0.5 * (clock[SPUN] + spin) * lever * project(model, ramp, clock, True)
+                clock[WORK] += 0.5 * (clock[SPUN] + spin) * project(model, ramp, clock, True)
                 kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                 if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
