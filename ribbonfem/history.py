@@ -15,7 +15,7 @@ import numpy as np
 from .equilibria import Array, Controlled, Instability, axis_of, caption, name_and_unit, uniform
 from .events import kinks_of, root
 from .frozen import called_later, html_table, short_options, some_rows
-from .scene import Scene, as_number, shown
+from .scene import Scene, Schedule, as_number, shown
 
 # options that say on which mesh, and of what, a result was computed
 MESH = ("nodes", "clamp", "elements", "degree", "extensible")
@@ -172,7 +172,13 @@ class History(Controlled):
         scene = self.scene
         if scene is None or scene.usual or self.model not in _MODELS:
             return 0.0
-        return snaps_from(scene, self.model, self.options)
+        return self.begun + snaps_from(scene, self.model, self.options)
+
+    @property
+    def begun(self) -> float:
+        """When it began, s: of a motion gone on from, the last instant of that."""
+        times = self.track[0]
+        return float(times[0]) if len(times) else 0.0
 
     @property
     def unstable_from(self) -> float:
@@ -252,14 +258,16 @@ class History(Controlled):
             return float(times[k]), float(controls[k])
         time = root(times, values, k, rates, self.kinks(times, controls))
         schedule = None if self.scene is None else self.scene.schedule
-        return time, float(np.interp(time, times, controls)) if schedule is None else schedule(time)
+        if schedule is None:
+            return time, float(np.interp(time, times, controls))
+        return time, schedule(time - self.begun)
 
     def kinks(self, times: Array, controls: Array) -> tuple[int, ...]:
         """The rows of these at which the control's speed jumps."""
         if self.scene is None or self.scene.schedule is None:
             return kinks_of(controls)
         # (times of a run are sums of its steps)
-        at = np.array([0.0, *self.scene.schedule.kinks])
+        at = self.begun + np.array([0.0, *self.scene.schedule.kinks])
         rows = np.clip(np.searchsorted(times, at - 1e-9 * (1.0 + at)), 0, len(times) - 1)
         near = np.abs(times[rows] - at) <= 1e-9 * (1.0 + at)
         return tuple(int(row) for row in rows[near])
@@ -275,8 +283,19 @@ def _lost(history: History) -> Instability | None:
 
 def snaps_from(scene: Scene, model: str, options: Mapping[str, Any]) -> float:
     """When a scene's control first passes an instability of its state at rest, s; infinite if never."""
-    result = _before_end(scene, model, options)
-    return scene.passes(result[0].control) if result else np.inf
+    first = [_before_end(side, model, options)[:1] for side in _sides(scene)]
+    return min((scene.passes(point.control) for points in first for point in points), default=np.inf)
+
+
+def _sides(scene: Scene) -> tuple[Scene, ...]:
+    """The scene, and, where its schedule goes to the other side of its beginning too, a ramp that way."""
+    if scene.schedule is None:
+        return (scene,)
+    low, high = scene.schedule.extremes
+    other = low if scene.direction > 0.0 else high
+    if other == scene.begin:
+        return (scene,)
+    return scene, replace(scene, schedule=Schedule((0.0, 1.0), (scene.begin, other), "linear"))
 
 
 def snaps_since(scene: Scene, until: str, model: str, options: Mapping[str, Any]) -> float:

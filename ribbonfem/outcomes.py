@@ -279,8 +279,8 @@ def _passes(history: History, control: float) -> float | None:
     """When the control first passes a value, s; None if it does not."""
     scene = history.scene
     if scene.schedule is None:
-        time = control / scene.rate
-        reached = 0.0 <= time <= history.time[-1] and abs(control) <= abs(history.control[-1])
+        time = history.begun + control / scene.rate
+        reached = history.begun <= time <= history.time[-1] and abs(control) <= abs(history.control[-1])
         return time if reached else None
     times, controls = history.track[:2]
     beyond = np.flatnonzero((controls[1:] - control) * (controls[0] - control) <= 0.0)

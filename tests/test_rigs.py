@@ -11,6 +11,7 @@ from histories import assert_goes_on
 
 from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, kirchhoff
 from ribbonfem.drive import CONTROLS
+from ribbonfem.outcomes import events
 
 # a weight of 5 EI2/L^3 of the default ribbon, in m/s2
 HEAVY = (0.0, 0.0, -5.0 / Ribbon().weight_ratio)
@@ -206,6 +207,38 @@ def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(metho
     whole, first = run((0, 1, 2), (0, 0.1, 0.4)), run((0, 1), (0, 0.1))
     second = run((0, 1), (0.1, 0.4), initial=first)
     assert_goes_on(whole, first, second)
+
+
+@pytest.mark.parametrize("kind", ["linear", "smooth"])
+def test_a_motion_that_is_gone_on_from_tells_its_own_instants(kind):
+    """Times go on; a schedule, what it passes and its kinks are counted from where the motion went on."""
+    base = {**PLANAR, "gravity": NONE, "damping": 1.0}
+    options = {"elements": 6, "tolerance": 1e-4}
+    before = Scene(**base, schedule=Schedule((0, 1, 2), (0, 0.5, 0.5), "linear"))
+    after = Scene(**base, schedule=Schedule((0, 1), (0.5, 1.5), kind))
+    first = kirchhoff.simulate(before, **options)
+    second = kirchhoff.simulate(after, initial=first, **options)
+    fold = kirchhoff.folds(after, elements=6)[0].control
+    assert second.snaps_from == pytest.approx(2.0 + fold - 0.5, abs=1e-9)
+    time, control = second.snap
+    assert control == pytest.approx(0.5 + time - 2.0, abs=1e-9)
+    assert second.kinks(second.track[0], second.track[1]) == (0,)
+    right = Scene(**base, preset={"left": 0.5}, drive="right", rate=1.0, stop=1.6)
+    folds = kirchhoff.folds(right, elements=6)
+    passed = events(kirchhoff.simulate(right, initial=first, **options), folds)
+    fold = folds[0].control
+    assert passed["alpha_c"].time == pytest.approx(2.0 + fold, abs=1e-9)
+    assert passed["alpha_c"].angle == pytest.approx(fold, abs=1e-6)
+
+
+@pytest.mark.parametrize("dip", [-1e-4, -0.05])
+def test_a_control_that_first_goes_the_other_way_snaps_as_well(dip):
+    """The state at rest comes back from a dip, and is lost where the control passes its fold."""
+    scene = Scene(**SHEARED, gravity=NONE, damping=10.0, schedule=Schedule((0, 0.3, 2), (0, dip, 0.9)))
+    run = kirchhoff.simulate(scene, elements=6, tolerance=1e-4)
+    fold = kirchhoff.folds(Scene(**SHEARED), elements=6)[0].control
+    assert scene.schedule(run.snaps_from) == pytest.approx(fold, abs=1e-9)
+    assert run.snap == run.crossing()
 
 
 def test_a_given_state_is_begun_at_and_clamps_have_to_fit():
