@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from histories import assert_goes_on
 
-from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, kirchhoff
+import der
+from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
 from ribbonfem.drive import CONTROLS
 from ribbonfem.outcomes import events
 
@@ -181,6 +182,25 @@ def test_means_of_forces_balance_to_rounding_on_any_rig():
     run = kirchhoff.simulate(scene, method="discrete-gradient", tolerance=1e-4)
     # the first steps from rest have too little kinetic energy to take from
     assert balance(run) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("model", "given", "options"),
+    [
+        (kirchhoff, {**SHEARED, "start": "U+S-", "drive": "shear"}, {"elements": 8}),
+        (kirchhoff, {**SHEARED, "start": "U+S-", "drive": "shear"}, {"elements": 16}),
+        (kirchhoff, {**SHEARED, "start": "U+S-", "drive": "shear"}, {"elements": 8, "step": 1e-3}),
+        (elastica, {**PLANAR, "drive": "lift"}, {"elements": 16}),
+        (elastica, {**PLANAR, "drive": "lift"}, {"elements": 8, "step": 1e-3}),
+    ],
+)
+def test_what_a_jump_of_speed_dissipates_in_the_material_is_not_the_meshs(model, given, options):
+    """Strain rates at a clamp that jumps to its speed grow without bound with the mesh, for no time."""
+    scene = Scene(
+        **given, gravity=NONE, rate=0.05, stop=0.02, hold=0.3, ribbon=Ribbon(retardation=0.02), damping=1.0
+    )
+    run, rods = model.simulate(scene, **options), der.simulate(scene, nodes=101)
+    assert run.energies["dissipated"][-1] == pytest.approx(rods.energies["dissipated"][-1], rel=0.1)
 
 
 def test_a_schedule_of_a_constant_rate_is_the_ramp():

@@ -242,6 +242,9 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                 if m.kind == DIRK:
                     work += m.a[last, last] * measured[4]
                     lost += m.a[last, last] * measured[3]
+                    if ramp.first < SHORT and time == start:
+                        # of retardation: at a jump of speed a mesh has strain rates that last no step
+                        lost = measured[3]
                 lost, work = h * lost, h * work
                 total = measured[0] + measured[1] + measured[2]
                 excess = total + clock[DISSIPATED] + lost - clock[WORK] - work
