@@ -205,15 +205,31 @@ class Schedule:
         """Whether two values stand at one time."""
         return bool((np.diff(self.time) == 0.0).any())
 
+    @cached_property
+    def _levels(self) -> tuple[float, ...]:
+        """Values at the points and, of given slopes, where the curve turns back beyond them, in order."""
+        if self.slope is None:
+            return self.value
+        levels = [self.value[0]]
+        for piece, length, last in zip(self.pieces, np.diff(self.time), self.value[1:], strict=True):
+            low, high = sorted((levels[-1], last))
+            rounding = 1e-9 * float(np.abs(piece * length ** np.arange(6.0)).max())
+            roots = np.roots(np.polyder(piece[::-1]))
+            at = np.sort(roots[(roots.imag == 0.0) & (roots.real > 0.0) & (roots.real < length)].real)
+            turns = np.polyval(piece[::-1], at)
+            levels += turns[(turns < low - rounding) | (turns > high + rounding)].tolist()
+            levels.append(last)
+        return tuple(levels)
+
     @property
     def extremes(self) -> tuple[float, float]:
         """The smallest and the largest value."""
-        return min(self.value), max(self.value)
+        return min(self._levels), max(self._levels)
 
     @property
     def direction(self) -> float:
         """The sign of the first change; 1 where there is none."""
-        changes = [b - self.value[0] for b in self.value if b != self.value[0]]
+        changes = [b - self.value[0] for b in self._levels if b != self.value[0]]
         return math.copysign(1.0, changes[0]) if changes else 1.0
 
     @property
@@ -230,7 +246,7 @@ class Schedule:
     @property
     def monotone(self) -> bool:
         """Whether the control never turns back."""
-        steps = np.diff(self.value)
+        steps = np.diff(self._levels)
         return bool((steps >= 0.0).all() or (steps <= 0.0).all())
 
     def __call__(self, time: Any) -> Any:
@@ -269,6 +285,8 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array
         names = []
     except ValueError:
         rows = rows[1:]
+    if not rows:
+        raise SceneError(f"{what}: {path}: no row below the names {', '.join(names)}")
     places = []
     for column in wanted:
         if isinstance(column, str) and column in names:

@@ -296,6 +296,27 @@ def test_what_a_scene_cannot_say(given, named):
         Scene(**given)
 
 
+def test_given_slopes_are_looked_at_between_the_points():
+    """A curve of given slopes may turn back: where it leads, and whether a ribbon can follow, are its own."""
+    back = Schedule((0, 1), (0, 0.02), slope=(-10.0, 0.0))
+    lowest = back(np.linspace(0.0, 1.0, 4001)).min()
+    assert back.direction == -1.0
+    assert back.furthest == back.extremes[0] == pytest.approx(lowest, abs=1e-6)
+    assert not back.monotone
+    with pytest.raises(SceneError, match=r"Scene\.schedule = -1\.9.*the chord is"):
+        Scene(compression=0.1, shear=0.0, start="U+", drive="compression", schedule=back)
+    for ramp in (Schedule.ramp(1, 1, 3), Schedule.ramp(-0.1, -0.9, 2), Schedule.ramp(1, 0.9, 1e-6)):
+        assert ramp.monotone
+        assert ramp.extremes == (min(ramp.value), max(ramp.value))
+
+
+def test_a_measured_file_without_rows_is_told(tmp_path):
+    path = tmp_path / "alpha.csv"
+    path.write_text("time,alpha\n", encoding="utf-8")
+    with pytest.raises(SceneError, match=r"alpha\.csv: no row below the names time, alpha"):
+        Schedule.from_csv(path)
+
+
 def test_the_old_name_of_the_right_clamp_reads():
     with pytest.warns(DeprecationWarning, match="drive='right'"):
         assert Scene(turned="right") == Scene(drive="right")
