@@ -7,7 +7,7 @@ import der
 from compare import convergence
 from compare.limits import richardson, triple_order
 from compare.quantities.measure import QUANTITIES, Shape, unknowns
-from ribbonfem import Scene, elastica, kirchhoff, quasilinear
+from ribbonfem import Scene, Schedule, elastica, kirchhoff, quasilinear
 from ribbonfem.options import OptionError
 
 REST = Scene(compression=0.40, shear=0.0, start="U+")
@@ -159,3 +159,22 @@ def test_unknowns_are_counted_as_the_models_have_them():
     assert unknowns("elastica", {}, False) == 5 * 16 + 1
     assert unknowns("quasilinear", {}, True) == 16
     assert set(QUANTITIES) >= {"fold", "first fold", "snap", "first snap", "shape", "energy", "height"}
+
+
+def test_the_end_of_a_schedule_is_that_of_its_motion():
+    """Not the start at rest, which a scene without an end has."""
+    given = {"compression": 0.40, "shear": 0.37, "start": "U+S+", "damping": 2.0}
+    scene = Scene(**given, schedule=Schedule((0, 2, 3), (0, 0.9, 0.9), "linear"))
+    ramp = Scene(**given, rate=0.45, stop=0.9, hold=1.0)
+    run = kirchhoff.simulate(ramp, elements=8)
+    result = convergence("kirchhoff", scene, "height", over={"elements": (4, 6, 8)})
+    assert result.values[-1] == pytest.approx(run.height[-1], abs=1e-6)
+    assert run.height[-1] < 0.0
+    shapes = convergence("kirchhoff", scene, "shape", over={"elements": (4, 6, 8)})
+    assert np.isfinite(shapes.errors).all()
+
+
+def test_a_control_that_turns_back_tells_no_snap():
+    back = Scene(schedule=Schedule((0, 2, 3), (0, 0.9, 0.7)))
+    with pytest.raises(OptionError, match=r"quantity = 'snap'.*'snap time' does"):
+        convergence("kirchhoff", back, "snap", over={"elements": (4, 6, 8)})

@@ -22,7 +22,7 @@ import numpy as np
 from compare.limits import ROUNDING, Limit, Value, richardson, root_mean_square
 from ribbonfem import Scene
 from ribbonfem.frozen import called_later, html_table
-from ribbonfem.options import OptionError, a_scene, number, positive, whole_number
+from ribbonfem.options import OptionError, a_scene, number, positive, refuse, whole_number
 from ribbonfem.results import Array
 from ribbonfem.results import Value as Record
 from ribbonfem.scene import shown
@@ -159,7 +159,7 @@ def _over(name: str, function: str, over: Mapping[str, Sequence[float]], least: 
 def _function_of(quantity: Quantity, scene: Scene) -> str:
     """The function that a quantity is taken from: it decides which options there are."""
     if quantity.function == "either":
-        return "folds" if scene.stop is None else "simulate"
+        return "folds" if scene.stop is None and scene.schedule is None else "simulate"
     return quantity.function
 
 
@@ -229,6 +229,10 @@ def convergence(
         label = str(getattr(quantity, "__name__", "quantity"))
         result = Quantity(label, _timed(quantity), function)
     elif isinstance(quantity, str) and quantity in QUANTITIES:
+        if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
+            refuse(
+                "quantity", quantity, "the control turns back, so that it tells no instant: 'snap time' does"
+            )
         result, label = QUANTITIES[quantity], quantity
         function = _function_of(result, scene)
     else:

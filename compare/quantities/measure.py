@@ -283,10 +283,10 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
 
 
 def _at(rest: str, end: Callable[[History, str], Any]) -> Measure:
-    """What a scene without stop has at rest, by its name in `Rest`, and a motion at the end of its ramp."""
+    """What a scene without an end has at rest, by its name in `Rest`, and a motion at the end of its ramp."""
 
     def measure(name: str, scene: Scene, options: Mapping[str, Any]) -> tuple[Any, float]:
-        if scene.stop is None:
+        if scene.stop is None and scene.schedule is None:
             forget(name)
             begin = time.process_time()
             value = getattr(at_rest(name, scene, options), rest)
@@ -330,8 +330,10 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
             "angle (rad) where the mid tangent has t_z = 0", _crossing("slope"), "simulate"
         ),
         "shape": Quantity(
-            "positions (L): at the end of the ramp, or at rest, alpha = 0, in a scene without stop",
-            _at("shape", lambda history, name: shape_at(history, name, float(history.control[-1]))),
+            "positions (L): at the end of the ramp, or at rest, alpha = 0, in a scene without an end",
+            _at(
+                "shape", lambda history, _: Shape(history.arclength, history.configurations["positions"][-1])
+            ),
             "either",
         ),
         "energy": Quantity(
