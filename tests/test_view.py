@@ -100,6 +100,18 @@ def test_its_payload_is_the_surface_of_the_motion():
     assert reach.max() == pytest.approx(data["radius"], rel=1e-5)
 
 
+def test_a_control_that_is_no_angle_is_named_with_its_unit():
+    assert (payload(page(motion(), frames=2))["name"], payload(page(motion(), frames=2))["unit"]) == (
+        "α",
+        "rad",
+    )
+    lifted = der.simulate(Scene(drive="lift", rate=0.05, stop=0.01), nodes=21)
+    data = payload(page(lifted, frames=2))
+    assert (data["name"], data["unit"]) == ("lift", "L")
+    code = (files("ribbonfem") / "output" / "page.js").read_text(encoding="utf-8")
+    assert "rad" not in re.sub(r"radius|gradient", "", code)
+
+
 def test_the_curve_is_whole_and_its_stable_parts_are_solid():
     parts = payload(page(motion(), curve(), frames=2))["curve"]
     assert [part["rows"][-1] for part in parts[:-1]] == [part["rows"][0] for part in parts[1:]]

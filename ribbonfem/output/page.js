@@ -182,7 +182,7 @@ function plot() {
     text += `<path d="M${x(a)},${bottom}v5" stroke="currentColor"/><text fill="currentColor" x="${x(a)}" y="${bottom + 18}" text-anchor="middle">${word}</text>`;
   for (const [z, word] of ticks(y0, y1))
     text += `<path d="M${left},${y(z)}h-5" stroke="currentColor"/><text fill="currentColor" x="${left - 8}" y="${y(z) + 4}" text-anchor="end">${word}</text>`;
-  text += `<text fill="currentColor" x="${(left + right) / 2}" y="312" text-anchor="middle">α (rad)</text>`;
+  text += `<text fill="currentColor" x="${(left + right) / 2}" y="312" text-anchor="middle">${data.name} (${data.unit || 1})</text>`;
   text += `<text fill="currentColor" transform="translate(14 ${(top + bottom) / 2}) rotate(-90)" text-anchor="middle">z(1/2)/L</text><g clip-path="url(#in)" fill="none">`;
   for (const part of data.curve)
     text += `<path d="${line(part.rows)}" stroke="currentColor" stroke-width="1.5" ${part.stable ? "" : 'stroke-dasharray="4 4"'}/>`;
@@ -204,7 +204,7 @@ function show() {
   slider.value = frame;
   const state = document.createElement("b");
   state.textContent = data.state[frame] || "level";
-  said.replaceChildren(state, ` t = ${data.time[frame].toFixed(3)} s, α = ${data.angle[frame].toFixed(4)} rad`);
+  said.replaceChildren(state, ` t = ${data.time[frame].toFixed(3)} s, ${data.name} = ${data.angle[frame].toFixed(4)} ${data.unit}`);
   slider.setAttribute("aria-valuetext", said.textContent);
 }
 

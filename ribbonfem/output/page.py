@@ -71,7 +71,10 @@ def _data(history: History, strip: Strip, curve: Curve | None) -> dict[str, Any]
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     some = np.unique(np.linspace(0, len(history) - 1, min(len(history), _ROWS)).round().astype(int))
     columns = {name: np.round(getattr(strip, name), 6).tolist() for name in ("time", "angle", "height")}
+    turning, drive = history.scene.clamps_turn, history.scene.drive
     return columns | {
+        "name": "α" if turning else drive if isinstance(drive, str) else "control",
+        "unit": history.scene.drives.unit,
         "frames": len(strip.time),
         "nodes": len(shown),
         "state": [state_name(z, s) for z, s in zip(strip.height, strip.slope, strict=True)],
@@ -118,7 +121,7 @@ def view(
     """Write an interactive view of a motion: it opens from disk in any browser, and asks no host.
 
     The ribbon's surface turns with the mouse, a finger or the arrow keys; a slider goes through time, and
-    z(1/2)/L against alpha (rad) stands beside it with the instant marked.
+    z(1/2)/L against the control stands beside it with the instant marked.
 
     Parameters
     ----------
