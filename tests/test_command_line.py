@@ -200,6 +200,31 @@ def test_a_motion_without_a_stop_goes_on_to_rest_on_a_curve_that_is_shown(dL, sh
     assert at == pytest.approx(float(history.height[-1]), abs=3e-3)
 
 
+@pytest.mark.parametrize(
+    ("quantity", "motion", "unit"),
+    [("fold", False, "L"), ("first snap", True, "L"), ("snap", False, "L"), ("snap time", False, "s")],
+)
+def test_a_control_that_is_no_angle_is_told_in_its_unit(quantity, motion, unit, tmp_path):
+    text = 'compression = 0.4\ndrive = "lift"\nrate = 0.1\ndamping = 2.0\n'
+    if quantity == "first snap":
+        text += 'shear = 0.37\nstart = "U+S+"\nstop = 0.06\n'
+    else:
+        text += 'shear = 0.0\nstart = "U+"\nstop = 0.3\n[preset]\nleft = 0.8\ntwist_left = 0.01\n'
+    path = tmp_path / "lift.toml"
+    path.write_text(text, encoding="utf-8")
+    command = named("run")
+    result = command.main(path, motion=motion, quantity=quantity, tolerance=1e-3, frames=2)
+    publish(command, result, tmp_path)
+    (told, _) = command.summary(result)
+    value = result.answer.value
+    assert f"{quantity} at {value:.7f} {unit}, to" in told
+    assert result.answer.unit == result.choice.unit == unit
+    if motion:
+        shown = command.values(result)["motion"]
+        assert shown["control"] == result.answer.history.control.tolist()
+        assert "angle" not in shown
+
+
 def test_pictures_drawn_again_from_what_was_found_are_identical(tmp_path, scene, capsys):
     words = ["run", str(scene), "--motion", "--frames", "3", "--tolerance", "1e-2", "--quiet"]
     words += ["--out", str(tmp_path)]

@@ -30,7 +30,7 @@ def folds(
 
     Returns
     -------
-    The angle (None where there is no fold), what it differs by from the meshes before, the runs, and
+    The control (None where there is no fold), what it differs by from the meshes before, the runs, and
     the finest mesh's folds.
 
     Raises
@@ -72,4 +72,4 @@ def _apart(coarse: tuple[Fold, ...], fine: tuple[Fold, ...]) -> float:
 
 
 def _last(folds: tuple[Fold, ...]) -> float | None:
-    return folds[-1].angle if folds else None
+    return folds[-1].control if folds else None

@@ -29,6 +29,7 @@ class Answer(Value):
     seconds: CPU, of all runs.
     runs: what was run, in order; empty where a prediction was enough.
     history: of the finest run, or None.
+    unit: of the value.
     """
 
     value: float | None
@@ -38,6 +39,7 @@ class Answer(Value):
     seconds: float
     runs: tuple[Run, ...]
     history: History | None
+    unit: str = "rad"
 
     def __repr__(self) -> str:
         result = "no snap" if self.value is None else f"{self.value:.9g}, error {self.error:.1e}"
@@ -46,7 +48,7 @@ class Answer(Value):
 
     def _repr_html_(self) -> str:
         rows = [(run.model, short_options(run.options), run.value, run.seconds) for run in self.runs]
-        return html_table(repr(self), ("model", "options", "angle (rad)", "CPU s"), rows)
+        return html_table(repr(self), ("model", "options", f"value ({self.unit or 1})", "CPU s"), rows)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -59,10 +61,10 @@ class Choice(Value):
     model: "prediction" (no run), "elastica", "kirchhoff" or "folds" (a ribbon's fold and
         its predicted delay).
     options: of the run, or of the first of several.
-    estimate: expected error, rad.
+    estimate: expected error, in the value's unit.
     seconds: expected CPU seconds, on the machine that measured the laws.
     reason: in words.
-    value: of a prediction, rad or None; None for all else.
+    value: of a prediction, or None; None for all else.
     """
 
     scene: Scene
@@ -76,10 +78,16 @@ class Choice(Value):
     value: float | None = None
     motion: bool = False
 
+    @property
+    def unit(self) -> str:
+        """Of the value: s of a time, else the control's."""
+        return "s" if self.quantity == "snap time" else self.scene.drives.unit
+
     def __repr__(self) -> str:
-        value = "" if self.value is None else f", {self.value:.9g} rad"
+        value = "" if self.value is None else f", {self.value:.9g} {self.unit}".rstrip()
+        wanted = f"{self.tolerance:g} {self.unit}".rstrip()
         return (
-            f"Choice({self.model!r}{value} for {self.quantity!r} to {self.tolerance:g} rad; expected error "
+            f"Choice({self.model!r}{value} for {self.quantity!r} to {wanted}; expected error "
             f"{self.estimate:.1e}, {self.seconds:.2g} s;\n  {self.reason})"
         )
 
@@ -95,9 +103,8 @@ class Choice(Value):
         settled = self.settle()
         met = not settled.sensitive and settled.error <= self.tolerance
         seconds = time.process_time() - begin
-        return Answer(
-            settled.value, settled.error, met, settled.sensitive, seconds, settled.runs, settled.history
-        )
+        found = settled.value, settled.error, met, settled.sensitive
+        return Answer(*found, seconds, settled.runs, settled.history, self.unit)
 
     def settle(self) -> Settled:
         """The number, its error, and what was run for it."""

@@ -17,13 +17,14 @@ from compare.models import MODELS
 from compare.report.section import Drawing, Picture, Table
 from compare.sweep import Progress, Sweep
 from ribbonfem import History, Scene, SceneError, SolverError
+from ribbonfem.continuation.curves import span_of
 from ribbonfem.options import whole_number
 from ribbonfem.output import vtu
 from ribbonfem.output.curve import Curve
 from ribbonfem.output.film import film
 from ribbonfem.output.page import view
 from ribbonfem.output.scene_file import read_scene
-from ribbonfem.output.style import figure
+from ribbonfem.output.style import control_label, figure
 
 from ..report.registry import Command
 
@@ -56,34 +57,38 @@ def _draw(result: RunResult) -> Any:
     history, value = result.answer.history, result.answer.value
     fig, axes = figure(1, width=5.0)
     if history is not None:
-        axes.plot(history.angle, history.height)
-    if value is not None:
+        axes.plot(history.control, history.height)
+    if value is not None and result.choice.quantity != "snap time":
         axes.axvline(value, color="0.5", lw=0.8)
         axes.axhline(0.0, color="0.8", lw=0.8)
     scene = result.choice.scene
     axes.set_title(f"dL/L {scene.compression:g}, dW/L {scene.shear:g}, {scene.start}", fontsize=9)
-    axes.set(xlabel=r"$\alpha$ (rad)", ylabel="$z(1/2)/L$")
+    axes.set(xlabel=control_label(scene), ylabel="$z(1/2)/L$")
     return fig
 
 
 def _sentence(choice: Choice, answer: Answer) -> str:
-    what = choice.quantity
+    what, unit = choice.quantity, f" {answer.unit}".rstrip()
     if answer.sensitive:
-        result = "nothing" if answer.value is None else f"{answer.value:.6f} rad"
+        result = "nothing" if answer.value is None else f"{answer.value:.6f}{unit}"
         return (
             f"SENSITIVE: the {what} does not converge under refinement; the last run gave {result}, and runs "
-            f"differ by some {answer.error:.1e} rad. No single run decides it."
+            f"differ by some {answer.error:.1e}{unit}. No single run decides it."
         )
     if answer.value is None:
-        stop = choice.scene.stop
-        until = (
-            "within a full turn of the clamp" if stop is None else f"before the clamp stops at {stop:g} rad"
-        )
+        stop, moves = choice.scene.stop, choice.scene.clamps_turn
+        if choice.scene.schedule is not None:
+            until = f"in the {choice.scene.duration:g} s of the schedule"
+        elif stop is None:
+            until = "within a full turn of the clamp" if moves else "as far as the control is followed"
+        else:
+            mover = "the clamp" if moves else "the control"
+            until = f"before {mover} stops at {stop:g} {choice.scene.drives.unit}".rstrip()
         held = f", nor while it is held for {choice.scene.hold:g} s" if stop and choice.scene.hold else ""
         return f"no {what} {until}{held}."
     kept = "within" if answer.met else "NOT within"
     return (
-        f"{what} at {answer.value:.7f} rad, to {answer.error:.1e} rad: {kept} the tolerance of "
+        f"{what} at {answer.value:.7f}{unit}, to {answer.error:.1e}{unit}: {kept} the tolerance of "
         f"{choice.tolerance:g}."
     )
 
@@ -92,19 +97,20 @@ def main(
     scene: Path,
     *,
     tolerance: float = 1e-3,
-    quantity: Literal["snap", "first snap", "fold"] = "snap",
+    quantity: Literal["snap", "first snap", "snap time", "fold"] = "snap",
     motion: bool = False,
     frames: int = 150,
     sweep: Sweep | None = None,
 ) -> RunResult:
-    """Compute the angle at which a scene snaps or folds, by the cheapest model that meets --tolerance (rad).
+    """Compute where or when a scene snaps or folds, by the cheapest model that meets --tolerance.
 
-    The scene is read from a TOML file: the fields of a Scene, and a table [ribbon]. --quantity is the clamp
-    angle of the "snap" (the height z at midspan passes 0), of the "first snap" (the z-component of the
-    tangent at midspan passes 0) or of the "fold" (the last one that a very slow ramp meets). --motion also
-    writes an interactive view (run-view.html), a film (run-film.gif) of so many --frames, and as many files
-    for ParaView (run-vtu/motion.pvd). The motion ends with the snap; if the scene has no `stop`, it goes on
-    until it has decayed.
+    The scene is read from a TOML file: the fields of a Scene, and a table [ribbon]. --quantity is the control
+    (the clamp angle in rad, or what else the scene drives) at the "snap" (the height z at midspan passes 0),
+    at the "first snap" (the z-component of the tangent at midspan passes 0) or at the "fold" (the last one
+    that a very slow ramp meets), or the "snap time" in s. --motion also writes an interactive view
+    (run-view.html), a film (run-film.gif) of so many --frames, and as many files for ParaView
+    (run-vtu/motion.pvd). The motion ends with the snap; if the scene has no `stop`, it goes on until it has
+    decayed.
     """
     whole_number("frames", frames, 2)
     stated = read_scene(scene)
@@ -137,13 +143,13 @@ def to_rest(stated: Scene, history: History) -> History:
     mesh = _mesh(history, "extensible", "clamp")
     try:
         # (a clamp turned round and round meets folds again and again)
-        met = (abs(fold.angle) for fold in model.folds(stated, **mesh))
-        reached = [angle for angle in met if angle < 2.0 * math.pi]
+        met = (abs(fold.control) for fold in model.folds(stated, **mesh))
+        reached = [control for control in met if control < abs(endless(stated).require_stop())]
         pulse = float(model.frequencies(stated, count=1, **mesh)[0])
         # under, and over critical damping
         decay = max(2.0 / stated.damping, stated.damping / pulse**2) if stated.damping else math.inf
         hold = min(_DECAYS * decay, _PERIODS * 2.0 * math.pi / pulse)
-        stop = math.copysign(max([*reached, abs(float(history.angle[-1]))]) + _PAST, stated.rate)
+        stop = math.copysign(max([*reached, abs(float(history.control[-1]))]) + _PAST, stated.rate)
         scene = replace(stated, stop=stop, hold=hold)
         whole: History = model.simulate(scene, **{**history.options, "until": "end"})
     except (SceneError, SolverError):
@@ -154,17 +160,23 @@ def to_rest(stated: Scene, history: History) -> History:
 def curves_of(history: History) -> Curve | None:
     """The curve of equilibria through the start of a motion and its mirror image, on which it may land.
 
-    The image under z -> -z has the angles -alpha.  None where the curve cannot be followed.
+    The image under z -> -z has the controls of the other sign; where weight, a natural shape, presets or
+    another drive make the image another rig it is no curve of states.  None where it cannot be followed.
     """
     scene = replace(history.scene, stop=None, hold=0.0)
-    reach = max(1.5, float(abs(history.angle).max()))
+    span = span_of(scene)
+    if scene.clamps_turn:
+        reach = max(1.5, float(abs(history.control).max()))
+        span = min(span[0], -reach), max(span[1], reach)
     try:
         branch = MODELS[history.model].equilibria(
-            scene, unstable=1, span=(-reach, reach), **_mesh(history, "extensible", "clamp")
+            scene, unstable=1, span=span, **_mesh(history, "extensible", "clamp")
         )
     except (SceneError, SolverError):
         return None
-    curve = Curve.of(branch)
+    curve, drives = Curve.of(branch), scene.drives
+    if scene.dressed or not drives.reversed_by_mirror or drives.mirror != drives:
+        return curve
     return Curve.joined((curve, curve.mirrored()))
 
 
@@ -186,7 +198,7 @@ def tables(result: RunResult) -> Iterator[Table]:
     if rows:
         yield Table(
             "Runs",
-            ["model", "options", "angle (rad)", "CPU s"],
+            ["model", "options", f"{result.choice.quantity} ({result.answer.unit or 1})", "CPU s"],
             rows,
             ["s", "s", ".7f", ".3f"],
             f"{result.answer.seconds:.3f} s in all.",
@@ -196,7 +208,7 @@ def tables(result: RunResult) -> Iterator[Table]:
 def drawings(result: RunResult) -> Iterator[Drawing]:
     """The motion, where there was one."""
     if result.answer.history is not None:
-        caption = "Height at midspan against the clamp angle, of the finest run."
+        caption = "Height at midspan against the control, of the finest run."
         yield Drawing("run-motion.png", caption, _draw(result))
 
 
@@ -245,7 +257,8 @@ def values(result: RunResult) -> dict[str, Any]:
         "runs": [for_programs(run) for run in answer.runs],
     }
     if answer.history is not None and choice.motion:
-        columns = ("time", "angle", "height", "slope")
+        turned = ("angle",) if answer.history.scene.clamps_turn else ()
+        columns = ("time", "control", *turned, "height", "slope")
         numbers["motion"] = {name: getattr(answer.history, name).tolist() for name in columns}
     return numbers
 
