@@ -9,7 +9,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import der
-from ribbonfem import OptionError, Ribbon, Scene, delay, elastica, kirchhoff, quasilinear
+from ribbonfem import (
+    OptionError,
+    Ribbon,
+    Scene,
+    SceneError,
+    Schedule,
+    delay,
+    elastica,
+    kirchhoff,
+    quasilinear,
+)
 from ribbonfem.delay.cubic import _outer_cubic
 from ribbonfem.delay.universal_curve import _outer
 
@@ -316,3 +326,16 @@ def test_error_covers_random_scenes():
         shares.append(result.error / abs(time - result.time))
     assert np.mean(np.array(shares) >= 1.0) >= 0.95
     assert 1.0 < np.median(shares) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"ribbon": Ribbon(retardation=0.02), "gravity": (0, 0, 0)}, r"Ribbon\.retardation = 0\.02"),
+        ({"schedule": Schedule((0, 10), (0, 1.5))}, r"Scene\.schedule"),
+    ],
+)
+def test_what_the_normal_form_knows_nothing_of_is_refused(change, named):
+    """The friction of a material makes a slow snap late by several times what the damping does."""
+    with pytest.raises(SceneError, match=named):
+        delay.predict_snap(elastica, Scene(compression=0.4, shear=0.0, start="U+", **change))

@@ -10,7 +10,7 @@ from typing import Any, Protocol, cast
 
 from ribbonfem.options import choice, refuse
 from ribbonfem.results import MESH, Array, History, SolverError
-from ribbonfem.scene import Scene
+from ribbonfem.scene import Scene, SceneError
 
 from .cubic import LOGARITHM, cubic_curve, escape_time
 from .normal_forms import NormalForm
@@ -68,7 +68,19 @@ def lead(
     fold: which of the folds, from 0; -1 is the last.
     quantity: "snap", where z(1/2) changes sign, or "first snap", where t_z(1/2) does.
     options: of the model's mesh, and `tolerance` of the escape.
+
+    Raises
+    ------
+    SceneError
+        Of a schedule, or of a ribbon with retardation: the normal form has the scene's damping alone.
     """
+    if scene.schedule is not None:
+        raise SceneError("Scene.schedule: a delay is predicted of a ramp at a constant rate")
+    if scene.ribbon.retardation > 0.0:
+        raise SceneError(
+            f"Ribbon.retardation = {scene.ribbon.retardation!r}: a delay is predicted of Scene.damping "
+            "alone; must be 0"
+        )
     # the rate's size has no part in it
     still = replace(scene, rate=math.copysign(1.0, scene.rate), stop=None, hold=0.0)
     choice("quantity", quantity, QUANTITIES)
