@@ -12,6 +12,7 @@ from histories import assert_goes_on
 import der
 from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
 from ribbonfem.drive import CONTROLS
+from ribbonfem.options import OptionError
 from ribbonfem.outcomes import events
 
 # a weight of 5 EI2/L^3 of the default ribbon, in m/s2
@@ -201,6 +202,12 @@ def test_what_a_jump_of_speed_dissipates_in_the_material_is_not_the_meshs(model,
     )
     run, rods = model.simulate(scene, **options), der.simulate(scene, nodes=101)
     assert run.energies["dissipated"][-1] == pytest.approx(rods.energies["dissipated"][-1], rel=0.1)
+
+
+def test_means_of_forces_take_no_retardation():
+    scene = Scene(**SHEARED, gravity=NONE, ribbon=Ribbon(retardation=0.01), rate=0.5, stop=0.3)
+    with pytest.raises(OptionError, match=r"'discrete-gradient'.*Ribbon\.retardation is not 0"):
+        kirchhoff.simulate(scene, method="discrete-gradient", tolerance=1e-4)
 
 
 def test_a_schedule_of_a_constant_rate_is_the_ramp():
