@@ -59,7 +59,9 @@ def _motion(model: str, scene: Scene, **options: Any) -> list[Any]:
 
 def _planar_rest() -> list[Any]:
     met = [MODELS[name].folds(_PLANAR, elements=8)[0] for name in ("quasilinear", "elastica")]
-    return [[fold.angle, fold.height, fold.load] for fold in met]
+    # (its folds are those of its modes)
+    curve = MODELS["quasilinear"].equilibria(_PLANAR, elements=8, span=(-0.1, 0.1))
+    return [curve.height, *([fold.angle, fold.height, fold.load] for fold in met)]
 
 
 def _elements_rest() -> list[Any]:
