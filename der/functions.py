@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from ribbonfem.continuation import Steps
-from ribbonfem.continuation.curves import as_fold, instability_of, span_of, whole_curve
+from collections.abc import Mapping
+from typing import Any
+
+from ribbonfem.continuation import Event, Steps
+from ribbonfem.continuation.curves import as_fold, instability_of, ramp_events, span_of, whole_curve
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, normal_form
 from ribbonfem.options import checked, options_given
@@ -12,7 +15,7 @@ from ribbonfem.scene import Scene
 
 from . import out_of_plane as plane
 from .problem import Statics, default_steps
-from .rod import Rod
+from .rod import Rod, RodState
 from .states import met_events, met_folds, start_state
 
 
@@ -52,11 +55,25 @@ def instabilities(
     At a "pitchfork" or a "branch" another curve crosses: a perfect ribbon stays on the lost state, a real one
     leaves it.  Parameters and errors as in `folds`.
     """
-    rod = Rod(scene, nodes, clamp)
-    problem, result = Statics(rod), met_events(scene, nodes, clamp, steps)
-    of = {"model": "der", "options": options_given()}
-    exact = default_steps(rod, steps)
-    return tuple(instability_of(problem, event, scene, exact, of) for event in result)
+    rod, result = Rod(scene, nodes, clamp), met_events(scene, nodes, clamp, steps)
+    return _as_instabilities(rod, result, default_steps(rod, steps), options_given())
+
+
+def instabilities_from(
+    scene: Scene, rest: Mapping[str, Array], *, nodes: int, clamp: str = "centred"
+) -> tuple[Instability, ...]:
+    """`instabilities` of the state in which a motion begins, `History.rest`, in place of the `start`."""
+    rod, start = Rod(scene, nodes, clamp), RodState(**rest, at=scene.begin)
+    steps = default_steps(rod)
+    result = ramp_events(Statics(rod), start, scene, steps)
+    return _as_instabilities(rod, result, steps, {"nodes": nodes, "clamp": clamp})
+
+
+def _as_instabilities(
+    rod: Rod, events: tuple[Event[RodState], ...], steps: Steps, options: dict[str, Any]
+) -> tuple[Instability, ...]:
+    of = {"model": "der", "options": options}
+    return tuple(instability_of(Statics(rod), event, rod.scene, steps, of) for event in events)
 
 
 @checked

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ribbonfem.continuation.initial import followed
 from ribbonfem.options import refuse
-from ribbonfem.results import History, RestState, control_text
+from ribbonfem.results import Array, History, RestState, control_text
 from ribbonfem.scene import SceneError
 
 from . import kernels
@@ -54,3 +55,9 @@ def of(rod: Rod, given: object) -> tuple[RodState, float]:
             f"those of initial = {given!r} do not fit: they are off by {off:.3g}"
         )
     return replace(state, at=scene.begin), began
+
+
+def rest_of(rod: Rod, start: RodState, initial: RestState | History) -> dict[str, Array]:
+    """`History.rest` of a motion that begins with `initial`, there in `start`."""
+    found = followed(Statics(rod), start, rod.scene, initial)
+    return {} if found is None else {"x": found.x, "m1": found.m1, "twist": found.twist}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ribbonfem.ends.kernels import Ends
@@ -164,8 +166,9 @@ class Loop:
         options: dict[str, object],
         stats: dict[str, float],
         initial: RestState | History | None = None,
+        rest: Mapping[str, Array] | None = None,
     ) -> History:
-        """The rows so far as a `History`, of a motion that began with `initial`."""
+        """The rows so far as a `History`, of a motion that began with `initial`, and follows `rest`."""
         second = scene.ribbon.inertial_time
         # (velocities that ring are none)
         per_second = np.nan if self.options.method in RINGING else 1.0 / second
@@ -205,4 +208,5 @@ class Loop:
                 "told": self.told,
             },
             reactions=reactions,
+            rest=rest,
         )

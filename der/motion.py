@@ -88,6 +88,8 @@ def simulate(
         same nodes, at rest; or a `History` of `der` on them, whose last instant is gone on from: time
         goes on, and dissipated energy and work.  Of the same ribbon; its clamps have to be where the
         scene's begin.  To the last bit the uninterrupted run where that has a kink then.
+        What snaps is then told by the equilibrium in which the motion begins, where it begins in one
+        (`History.snap`).
     nodes, clamp: the discretisation, see `der.rod`.
     method: one of `METHODS`; their orders are in `ORDERS`.
     step: fixed step in s; None (the default) for adaptive steps.  ``verlet`` has fixed steps
@@ -148,6 +150,7 @@ def simulate(
     if rod.retardation > 0.0 and options.method in UNDAMPED:
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
     state, began = (start_state(rod), 0.0) if initial is None else initial_states.of(rod, initial)
+    rest = None if initial is None else initial_states.rest_of(rod, state, initial)
     ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())
@@ -169,7 +172,7 @@ def simulate(
     begin = clock_time.perf_counter()
     status = run.go(ends, course)
     seconds = clock_time.perf_counter() - begin
-    history = run.history(scene, given, {"seconds": seconds}, initial)
+    history = run.history(scene, given, {"seconds": seconds}, initial, rest)
     if status != kernels.DONE:
         if run.rows.full:
             cause = f"{run.rows.full}; `every` and `configurations=False` keep less"

@@ -71,6 +71,8 @@ class History(Controlled):
     velocity: (rows,) d(height)/d(time), L/s; at a kink of the clamp's motion that of the instant before.
         NaN where the program that made the history does not say, or has none that serves (velocities of
         undamped means ring from step to step).
+    rest: the state at rest that is followed, as `instabilities_from` of the model takes it, where it did
+        not begin at the scene's `start`; empty where there is none (`simulate(..., initial=)`).
     reactions: (rows, 2, 6) of the left and of the right clamp on the ribbon, in the fixed frame: force along
         x, y and z (EI2/L^2), moment about x, y and z at the clamp's own point (EI2/L).  The weight and the
         inertia of what a clamp holds are in them, so that both forces, the weight and the force at midspan,
@@ -100,6 +102,7 @@ class History(Controlled):
     steps: Array | None = None
     resume: Mapping[str, Array] = field(default_factory=dict)
     reactions: Array = None  # type: ignore[assignment]
+    rest: Mapping[str, Array] | None = None
 
     def __post_init__(self) -> None:
         for name, shape in (("load", ()), ("velocity", ()), ("reactions", (2, 6))):
@@ -159,7 +162,9 @@ class History(Controlled):
         """Time (s) and control of the first passage of the mean height of both clamps that is a snap.
 
         That is one after the control has passed an instability of the state followed, found when this is
-        read: opposed clamps take the height through 0 at rest.
+        read: opposed clamps take the height through 0 at rest.  Followed is the scene's `start`, or the
+        equilibrium in which the motion begins (`initial`).  Where it begins in none (a state that is let go,
+        a motion gone on from beyond its fold) every passage counts.
         """
         if self.scene is None or self.scene.usual or self.model not in _MODELS:
             return self.crossing()
@@ -168,11 +173,14 @@ class History(Controlled):
 
     @property
     def snaps_from(self) -> float:
-        """When the control first passes an instability of the state at rest, s; infinite if never."""
+        """When the control first passes an instability of the state followed, s; infinite if never.
+
+        Its beginning where no state at rest is followed.
+        """
         scene = self.scene
         if scene is None or scene.usual or self.model not in _MODELS:
             return 0.0
-        return self.begun + snaps_from(scene, self.model, self.options)
+        return self.begun + snaps_from(scene, self.model, self.options, self.rest)
 
     @property
     def begun(self) -> float:
@@ -184,7 +192,8 @@ class History(Controlled):
     def unstable_from(self) -> float:
         """The control at which the state at rest is lost at a pitchfork or branch point, NaN if it is not.
 
-        The first of the model's `instabilities` that is no fold, found when this is read.  Without an
+        The first of the model's `instabilities` that is no fold, found when this is read, of the state
+        followed: the scene's `start`, or the equilibrium in which it begins (`initial`).  Without an
         imperfection, which a preset is, the motion stays on the lost state beyond it.
         """
         lost = _lost(self)
@@ -277,13 +286,20 @@ def _lost(history: History) -> Instability | None:
     """The instability at which a motion's state at rest is lost, if that is no fold."""
     if history.model not in _MODELS or history.scene is None:
         return None
-    result = _before_end(history.scene, history.model, history.options)
+    result = _before_end(history.scene, history.model, history.options, history.rest)
     return next((point for point in result if point.kind != "fold"), None)
 
 
-def snaps_from(scene: Scene, model: str, options: Mapping[str, Any]) -> float:
-    """When a scene's control first passes an instability of its state at rest, s; infinite if never."""
-    first = [_before_end(side, model, options)[:1] for side in _sides(scene)]
+def snaps_from(
+    scene: Scene, model: str, options: Mapping[str, Any], rest: Mapping[str, Array] | None = None
+) -> float:
+    """When a scene's control first passes an instability of its state at rest, s; infinite if never.
+
+    `rest` as in `History`: 0 where there is no state at rest.
+    """
+    if rest is not None and not rest:
+        return 0.0
+    first = [_before_end(side, model, options, rest)[:1] for side in _sides(scene)]
     return min((scene.passes(point.control) for points in first for point in points), default=np.inf)
 
 
@@ -298,36 +314,57 @@ def _sides(scene: Scene) -> tuple[Scene, ...]:
     return scene, replace(scene, schedule=Schedule((0.0, 1.0), (scene.begin, other), "linear"))
 
 
-def snaps_since(scene: Scene, until: str, model: str, options: Mapping[str, Any]) -> float:
+def snaps_since(
+    scene: Scene,
+    until: str,
+    model: str,
+    options: Mapping[str, Any],
+    rest: Mapping[str, Array] | None = None,
+) -> float:
     """When a passage of the height begins to count as the snap that ends a run, s after its beginning.
 
     What is a snap is said by the states at rest, which are asked only where a snap is asked for.
     """
-    return 0.0 if until != "snap" or scene.usual else snaps_from(scene, model, options)
+    return 0.0 if until != "snap" or scene.usual else snaps_from(scene, model, options, rest)
 
 
 def instabilities_of(history: History) -> tuple[Instability, ...]:
     """Where the state at rest of a motion's scene is lost, however far it goes; () if that is not known."""
     if history.model not in _MODELS or history.scene is None:
         return ()
-    return _met(history.scene, history.model, history.options)
+    return _met(history.scene, history.model, history.options, history.rest)
 
 
-def _met(scene: Scene, model: str, options: Mapping[str, Any]) -> tuple[Instability, ...]:
+def _met(
+    scene: Scene, model: str, options: Mapping[str, Any], rest: Mapping[str, Array] | None
+) -> tuple[Instability, ...]:
     mesh = tuple((name, value) for name, value in options.items() if name in MESH)
     still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
-    return _instabilities(model, still, mesh)
+    # (bytes have a hash)
+    state = rest and tuple((name, array.shape, array.tobytes()) for name, array in rest.items())
+    return () if state == {} else _instabilities(model, still, mesh, state)
 
 
-def _before_end(scene: Scene, model: str, options: Mapping[str, Any]) -> list[Instability]:
+def _before_end(
+    scene: Scene, model: str, options: Mapping[str, Any], rest: Mapping[str, Array] | None
+) -> list[Instability]:
     far, sign = scene.furthest, scene.direction
-    met = _met(scene, model, options)
+    met = _met(scene, model, options, rest)
     return [point for point in met if far is None or sign * (point.control - far) <= 0.0]
 
 
 @lru_cache(maxsize=1024)
-def _instabilities(model: str, scene: Scene, mesh: tuple[tuple[str, Any], ...]) -> tuple[Instability, ...]:
+def _instabilities(
+    model: str,
+    scene: Scene,
+    mesh: tuple[tuple[str, Any], ...],
+    rest: tuple[tuple[str, tuple[int, ...], bytes], ...] | None = None,
+) -> tuple[Instability, ...]:
     try:
+        if rest is not None:
+            state = {name: np.frombuffer(data).reshape(shape).copy() for name, shape, data in rest}
+            place = f"{_MODELS[model]}.functions:instabilities_from"
+            return tuple(called_later(place, scene, state, **dict(mesh)))
         return tuple(called_later(f"{_MODELS[model]}:instabilities", scene, **dict(mesh)))
     except (SolverError, ValueError, AttributeError):
         # of a state that cannot be followed nothing is said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
@@ -95,7 +96,22 @@ def instabilities(
     `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    of: dict[str, Any] = {"model": "elastica", "options": options_given()}
+    return _lost(problem, start, scene, steps, options_given())
+
+
+def instabilities_from(
+    scene: Scene, rest: Mapping[str, Array], *, elements: int, extensible: bool = False
+) -> tuple[Instability, ...]:
+    """`instabilities` of the state in which a motion begins, `History.rest`, in place of the `start`."""
+    start = _State(rest["phi"], rest["force"], scene.begin)
+    of = {"elements": elements, "extensible": extensible}
+    return _lost(Statics(scene, elements, extensible), start, scene, None, of)
+
+
+def _lost(
+    problem: Statics, start: _State, scene: Scene, steps: Steps | None, options: dict[str, Any]
+) -> tuple[Instability, ...]:
+    of: dict[str, Any] = {"model": "elastica", "options": options}
     result = ramp_events(problem, start, scene, steps)
     points = [instability_of(problem, event, scene, steps, of) for event in result]
     across = out_of_plane.lost_at(problem, start, scene)

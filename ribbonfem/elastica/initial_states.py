@@ -5,17 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation.initial import followed
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.groups import in_groups
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
 from ribbonfem.options import refuse
-from ribbonfem.results import Array, RestState
+from ribbonfem.results import Array, History, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
 from .kernels import arrays
-from .kernels.beam import PHI, P, Z
+from .kernels.beam import FORCE, PHI, ROWS, P, Z
 from .problem import Statics, _State
 
 # components of frames across the plane that are none
@@ -58,6 +59,20 @@ def of(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]:
     _require_fit(problem, scene, (first[PHI], end[PHI + P]), (end[P], end[Z + P]))
     names = (*arrays.Motion._fields, *LAW)
     return {name: np.array(kept[name]) for name in names} | {"clock": begun_again(kept["clock"])}
+
+
+def rest_of(
+    problem: Statics, begin: dict[str, Array], scene: Scene, initial: RestState | History
+) -> dict[str, Array]:
+    """`History.rest` of a motion that begins with `initial`, there as in `of`."""
+    rows = np.moveaxis(begin["u"], -1, 1).reshape(-1, ROWS)[: problem.elements]
+    phi = np.empty(len(problem.arclength))
+    phi[problem.nodes] = rows[:, PHI:FORCE]
+    # of a motion the force varies along the beam
+    state = _State(phi, np.zeros(2), scene.begin)
+    force = (rows[:, FORCE:].reshape(-1, P, 2) - problem.force(state)).mean(axis=(0, 1))
+    found = followed(problem, _State(phi, force, scene.begin), scene, initial)
+    return {} if found is None else {"phi": found.phi, "force": found.force}
 
 
 def _at_rest(problem: Statics, scene: Scene, state: RestState) -> Array:

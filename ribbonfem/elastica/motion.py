@@ -70,13 +70,14 @@ def simulate(
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initial_states.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}
-        began = 0.0
+        began, rest = 0.0, None
     else:
         problem = Statics(scene, elements, extensible)
         begin = initial_states.of(problem, scene, initial)
         began = float(begin["clock"][TIME]) if "clock" in begin else 0.0
+        rest = initial_states.rest_of(problem, begin, scene, initial)
     mesh = {"elements": elements, "extensible": extensible}
-    since = began + snaps_since(scene, until, "elastica", mesh) / problem.unit
+    since = began + snaps_since(scene, until, "elastica", mesh, rest) / problem.unit
     moved = integrate(
         "elastica",
         lambda scheme, rows: MovingBeam(problem, begin, scheme, rows),
@@ -89,7 +90,9 @@ def simulate(
         configurations=configurations,
     )
     options = options_given(tolerance=control.tolerance)
-    return moved.as_history(scene, options, model="elastica", arclength=problem.arclength, initial=initial)
+    return moved.as_history(
+        scene, options, model="elastica", arclength=problem.arclength, initial=initial, rest=rest
+    )
 
 
 @checked

@@ -11,6 +11,7 @@ Lengths in L, angles in rad, forces in EI2/L^2, energies in EI2/L.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -127,7 +128,22 @@ def instabilities(
     (Instability(subcritical pitchfork at alpha 1.21182617 rad, out of the plane, z(1/2) 0.199191579 L),)
     """
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
-    of = {"model": "kirchhoff", "options": options_given()}
+    return _lost(problem, start, scene, steps, options_given())
+
+
+def instabilities_from(
+    scene: Scene, rest: Mapping[str, Array], *, elements: int, extensible: bool = False
+) -> tuple[Instability, ...]:
+    """`instabilities` of the state in which a motion begins, `History.rest`, in place of the `start`."""
+    problem = states.in_control(scene, elements, extensible)
+    frames = Frames(rest["g"], rest["force"], scene.begin)
+    return _lost(problem, frames, scene, None, {"elements": elements, "extensible": extensible})
+
+
+def _lost(
+    problem: Statics, start: Frames, scene: Scene, steps: Steps | None, options: dict[str, Any]
+) -> tuple[Instability, ...]:
+    of = {"model": "kirchhoff", "options": options}
     result = ramp_events(problem, start, scene, steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in result)
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
+from ribbonfem.continuation.initial import followed
 from ribbonfem.ends import Ends
 from ribbonfem.options import refuse
-from ribbonfem.results import Array, RestState
+from ribbonfem.results import Array, History, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.kernels import KINK
 from ribbonfem.stepping.kernels import arrays as clocks
@@ -94,6 +96,17 @@ def _let_go(problem: Statics, frames: Frames, scene: Scene, state: RestState) ->
     motion.n[:] = in_groups(frames.force + held.loads(state.control))
     motion.x[1:-1, :3] = state.positions[1:-1] - state.positions[0]
     return motion
+
+
+def rest_of(problem: Statics, start: Frames, scene: Scene, initial: RestState | History) -> dict[str, Array]:
+    """`History.rest` of a motion that begins with `initial`, there in `start`."""
+    if isinstance(initial, History):
+        # of a motion the force varies along the rod
+        n = np.moveaxis(initial.resume["n"], -1, 1)
+        n = n.reshape(-1, *n.shape[2:])[: problem.tables.elements] - problem.loads(scene.begin)
+        start = replace(start, force=n.mean(axis=(0, 1)))
+    state = followed(problem, start, scene, initial)
+    return {} if state is None else {"g": state.g, "force": state.force}
 
 
 def _require_fit(problem: Statics, scene: Scene, frames: Array, reach: Array) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock_time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -137,8 +137,9 @@ class Loop:
         options: dict[str, Any],
         stats: dict[str, float],
         initial: RestState | History | None = None,
+        rest: Mapping[str, Array] | None = None,
     ) -> History:
-        """The rows so far, of a motion that began with `initial`."""
+        """The rows so far, of a motion that began with `initial`, and follows `rest`."""
         second = scene.ribbon.inertial_time
         # velocities of a mean of forces ring from step to step
         per_second = np.nan if self.scheme.kind == MEAN else 1.0 / second
@@ -174,6 +175,7 @@ class Loop:
             steps=freeze(steps),
             resume={name: value.copy() for name, value in self.motion._asdict().items()} | law,
             reactions=reactions,
+            rest=rest,
         )
 
 
@@ -187,10 +189,11 @@ def integrate(
     configurations: bool,
     first: Callable[[], arrays.Motion] | None = None,
     initial: RestState | History | None = None,
+    rest: Mapping[str, Array] | None = None,
 ) -> History:
     """Step a rod from rest in an equilibrium through the scene's ramp and hold, or from a `first` state.
 
-    That is the last instant of `initial`, if this is a motion.
+    That is the last instant of `initial`, if this is a motion.  `rest` is that of the `History`.
 
     Raises
     ------
@@ -221,7 +224,7 @@ def integrate(
     began = clock_time.perf_counter()
     status = run.go(ramp)
     stats = {"seconds": clock_time.perf_counter() - began}
-    history = run.history(scene, options, stats, initial)
+    history = run.history(scene, options, stats, initial, rest)
     problem_met = run.rows.full or problem_of(status, scene, control)
     if problem_met:
         where = f"t = {history.time[-1]:.6g} s, {control_text(scene, history.control[-1])}"

@@ -94,7 +94,8 @@ def simulate(
     initial: a `RestState` to begin at in place of the scene's `start`, or a `History` whose last instant is
         gone on from: time goes on, and dissipated energy and work.  Of the same model, mesh and ribbon; its
         clamps have to be where the scene's begin.  To the last bit the uninterrupted run where that has a
-        kink then.
+        kink then.  What snaps is then told by the
+        equilibrium in which the motion begins, where it begins in one (`History.snap`).
 
     Returns
     -------
@@ -120,18 +121,19 @@ def simulate(
     row = 8.0 * (arrays.ROW_SIZE + 6 * nodes)
     require_duration(scene, control.step, LARGEST_TURN, row / every if every else 0.0)
     first: Callable[[], arrays.Motion] | None = None
-    began = 0.0
+    began, rest = 0.0, None
     if initial is None:
         problem, start = states.named(scene, **mesh)
     else:
         problem = states.in_control(scene, **mesh)
         start, first, began = initial_states.of(problem, scene, initial)
+        rest = initial_states.rest_of(problem, start, scene, initial)
     barrier = _barrier(scene.at_rest, scene.require_stop(), **mesh) if until == "decided" else -np.inf
     ends = moving(scene, began=began) if began else None
-    since = began + snaps_since(scene, until, "kirchhoff", mesh) / problem.unit
+    since = began + snaps_since(scene, until, "kirchhoff", mesh, rest) / problem.unit
     ramp = ramp_of(scene, control, ends=ends, since=since, every=every or 1, barrier=barrier)
     options = options_given(tolerance=control.tolerance)
-    return integrate(problem, start, scene, control, ramp, options, configurations, first, initial)
+    return integrate(problem, start, scene, control, ramp, options, configurations, first, initial, rest)
 
 
 @lru_cache(maxsize=16)

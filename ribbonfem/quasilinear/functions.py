@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from ribbonfem.options import checked, options_given
 from ribbonfem.results import Array, Branch, Fold, Instability
 from ribbonfem.scene import Scene
 
+from .problem import Statics, _State
 from .states import named
 
 __all__ = [
@@ -96,6 +98,18 @@ def instabilities(
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, degree)
+    return _lost(problem, start, scene, steps)
+
+
+def instabilities_from(
+    scene: Scene, rest: Mapping[str, Array], *, elements: int, degree: int
+) -> tuple[Instability, ...]:
+    """`instabilities` of the state about which a motion begins, `History.rest`, in place of the `start`."""
+    start = _State(rest["z"], float(rest["load"]), scene.begin)
+    return _lost(Statics(scene, elements, degree), start, scene, None)
+
+
+def _lost(problem: Statics, start: _State, scene: Scene, steps: Steps | None) -> tuple[Instability, ...]:
     of: dict[str, Any] = {"model": "quasilinear", "options": problem.options}
     result = ramp_events(problem, start, _within_reach(scene), steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in result)

@@ -17,7 +17,7 @@ from ribbonfem.tableaus import Tableau
 
 from .discretisation import MovingBeam, at_rest
 from .problem import Statics
-from .states import named, resumed
+from .states import named, rest_of, resumed
 
 TOLERANCE = 3e-5
 
@@ -83,7 +83,7 @@ def simulate(
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE)
     scene.require_stop()
-    began = 0.0
+    began, rest = 0.0, None
     if initial is None:
         problem, start = named(scene, elements, degree)
         begin = at_rest(problem, start)
@@ -91,7 +91,8 @@ def simulate(
         problem = Statics(scene, elements, degree)
         begin = resumed(problem, scene, initial)
         began = float(begin["clock"][TIME])
-    since = began + snaps_since(scene, until, "quasilinear", problem.options) / problem.unit
+        rest = rest_of(problem, begin, scene, initial)
+    since = began + snaps_since(scene, until, "quasilinear", problem.options, rest) / problem.unit
     moved = _integrated(
         problem,
         begin,
@@ -110,6 +111,7 @@ def simulate(
         arclength=problem.arclength,
         length=problem.scale,
         initial=initial,
+        rest=rest,
     )
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ribbonfem.continuation.initial import followed
 from ribbonfem.continuation.loading import brought_on
-from ribbonfem.results import Array
+from ribbonfem.results import Array, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
 
@@ -54,3 +55,10 @@ def resumed(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]
     off = np.abs(kept["ends"][0] - problem.ends(scene.begin)).max() * problem.scale
     require_fit(scene, max(float(off), abs(before.compression - scene.compression)))
     return {name: np.array(value) for name, value in kept.items()} | {"clock": begun_again(kept["clock"])}
+
+
+def rest_of(problem: Statics, begin: dict[str, Array], scene: Scene, initial: History) -> dict[str, Array]:
+    """`History.rest` of a motion that begins with `initial`, there as in `resumed`."""
+    z = np.concatenate((begin["z"], begin["ends"][0]))
+    found = followed(problem, _State(z, float(begin["load"][0]), scene.begin), scene, initial)
+    return {} if found is None else {"z": found.z, "load": np.array(found.load)}

@@ -46,10 +46,11 @@ class Motion:
         arclength: Array,
         length: float = 1.0,
         initial: RestState | History | None = None,
+        rest: Mapping[str, Array] | None = None,
     ) -> History:
         """The motion in the units of `History`; `length` is the beam's own unit of height, in L.
 
-        `initial` is what it began with, if not the scene's start.
+        `initial` is what it began with, if not the scene's start, and `rest` that of the `History`.
 
         Raises
         ------
@@ -80,6 +81,7 @@ class Motion:
             steps=freeze(steps),
             resume=self.resume,
             reactions=reactions,
+            rest=rest,
         )
         if self.problem:
             where = f"t = {history.time[-1]:.6g} s, {control_text(scene, history.control[-1])}"
