@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ribbonfem.continuation.initial import followed
-from ribbonfem.options import refuse
+from ribbonfem.options import refuse, require_ribbon
 from ribbonfem.results import Array, History, RestState, control_text
 from ribbonfem.scene import SceneError
 
@@ -42,6 +42,7 @@ def of(rod: Rod, given: object) -> tuple[RodState, float]:
     elif isinstance(given, RestState):
         if len(given.points) != len(given.s) - 2:
             refuse("initial", given, "a state of der is needed")
+        require_ribbon(given, scene)
         state = state_of(given)
     else:
         refuse("initial", given, "a RestState or a History is needed")

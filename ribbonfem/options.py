@@ -27,6 +27,8 @@ T = TypeVar("T")
 MOST_STEPS = 1e9
 # rad; ends of a span, and angles at which a state is asked for: three turns, or a slip in the unit
 _WIDEST = 20.0
+# fields of a ribbon that its states at rest depend on, in L, EI2/L and EI2/L^2
+_OF_STATES = ("length", "width", "thickness", "bending_ratio", "twist_ratio", "curvature", "twist")
 
 
 class OptionError(ValueError):
@@ -111,6 +113,23 @@ def angle(name: str, value: object) -> float:
 def local_error(name: str, value: object) -> float:
     """Return `value` as a tolerance of positions, in L."""
     return positive(name, value, 0.1)
+
+
+def require_ribbon(initial: Any, scene: Scene) -> None:
+    """Raise a `OptionError` if a state at rest is of another ribbon than the scene's.
+
+    What it is at rest depends on sizes, ratios and natural shape: weight is that of its own scene.
+    """
+    own, wanted = initial.scene.ribbon, scene.ribbon
+    for field in _OF_STATES:
+        has, needed = getattr(own, field), getattr(wanted, field)
+        if has != needed:
+            refuse(
+                "initial",
+                initial,
+                f"its Ribbon.{field} is {shown(has)}, and that of the scene {shown(needed)}; "
+                "the same ribbon is needed",
+            )
 
 
 def a_scene(name: str, value: object) -> Scene:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import der
-from ribbonfem import Scene, Schedule, elastica, kirchhoff, quasilinear
+from ribbonfem import OptionError, Ribbon, Scene, Schedule, elastica, kirchhoff, quasilinear
 
 NONE = (0.0, 0.0, 0.0)
 PLANAR = {"compression": 0.40, "shear": 0.0, "start": "U+", "gravity": NONE}
@@ -87,3 +87,41 @@ def test_opposed_clamps_take_the_height_through_0_at_rest_in_what_is_gone_on_fro
     assert rest.rest
     assert rest.crossing() is not None
     assert rest.snap is None
+
+
+@pytest.mark.parametrize("model", [kirchhoff, elastica, der])
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        ({"bending_ratio": 100.0}, r"Ribbon\.bending_ratio is 100\.0, and that of the scene 400\.0"),
+        ({"twist_ratio": 2.0}, r"Ribbon\.twist_ratio is 2\.0, and that of the scene 1\.4562"),
+        ({"curvature": 0.5}, r"Ribbon\.curvature is 0\.5, and that of the scene 0\.0"),
+        ({"thickness": 0.02}, r"Ribbon\.thickness is 0\.02, and that of the scene 0\.01"),
+    ],
+)
+def test_a_state_of_another_ribbon_is_refused(model, other, named):
+    scene = Scene(**PLANAR, rate=0.1, stop=0.01)
+    mesh = {kirchhoff: {"elements": 4}, elastica: {"elements": 4}, der: {"nodes": 15}}[model]
+    state = model.state(Scene(**PLANAR, ribbon=Ribbon(**other)), **mesh)
+    with pytest.raises(OptionError, match=named):
+        model.simulate(scene, initial=state, **mesh)
+
+
+def test_a_state_does_not_depend_on_density_modulus_and_retardation():
+    other = Ribbon(density=500.0, young=3e8, retardation=0.01)
+    state = kirchhoff.state(Scene(**PLANAR, ribbon=other), elements=4)
+    scene = Scene(**PLANAR, rate=0.1, stop=0.01)
+    given = kirchhoff.simulate(scene, initial=state, elements=4)
+    named = kirchhoff.simulate(scene, elements=4)
+    assert given.height[-1] == pytest.approx(named.height[-1], abs=1e-12)
+
+
+@pytest.mark.parametrize("stretches", [False, True])
+@pytest.mark.parametrize("base", [{**PLANAR}, {**SHEARED, "start": "U+S-"}], ids=["planar", "sheared"])
+def test_a_state_that_stretches_is_begun_at_by_a_ribbon_that_does(base, stretches):
+    state = kirchhoff.state(Scene(**base), elements=6, extensible=stretches)
+    scene = Scene(**base, rate=0.02, stop=0.01)
+    kirchhoff.simulate(scene, initial=state, elements=6, extensible=stretches)
+    named = rf"it is of extensible={stretches}, and here extensible={not stretches}"
+    with pytest.raises(OptionError, match=named):
+        kirchhoff.simulate(scene, initial=state, elements=6, extensible=not stretches)

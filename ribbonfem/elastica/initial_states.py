@@ -10,7 +10,7 @@ from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.groups import in_groups
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.material.kernels import LAW
-from ribbonfem.options import refuse
+from ribbonfem.options import refuse, require_ribbon
 from ribbonfem.results import Array, History, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
@@ -79,6 +79,7 @@ def _at_rest(problem: Statics, scene: Scene, state: RestState) -> Array:
     """A state at rest as (G, ROWS, WIDTH): other loads may have held it, whose force is the beam's."""
     if len(state.s) != len(problem.arclength) or np.abs(state.s - problem.arclength).max() > 1e-12:
         refuse("initial", state, f"its nodes are not those of elements={problem.elements}")
+    require_ribbon(state, scene)
     tangent, normal = state.directors[:, 2], state.directors[:, 0]
     if max(np.abs(tangent[:, 1]).max(), np.abs(normal[:, 1]).max()) > _FLAT:
         refuse("initial", state, "the elastica needs a state in the plane y = 0")

@@ -9,13 +9,13 @@ import numpy as np
 
 from ribbonfem.continuation.initial import followed
 from ribbonfem.ends import Ends
-from ribbonfem.options import refuse
+from ribbonfem.options import refuse, require_ribbon
 from ribbonfem.results import Array, History, RestState
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.kernels import KINK
 from ribbonfem.stepping.kernels import arrays as clocks
 from ribbonfem.stepping.kernels.guess import CLOCK_SIZE
-from ribbonfem.stepping.resume import begun_again, require_fit, require_history
+from ribbonfem.stepping.resume import FITS, begun_again, require_fit, require_history
 
 from .kernels import arrays
 from .kernels.batch import in_groups
@@ -77,21 +77,42 @@ def _state(problem: Statics, scene: Scene, state: RestState) -> Frames:
     """The frames of a state at rest, on the same mesh."""
     if len(state.s) != len(problem.arclength) or np.abs(state.s - problem.arclength).max() > 1e-12:
         refuse("initial", state, f"its nodes are not those of elements={problem.tables.elements}")
+    require_ribbon(state, scene)
     g = quaternions(state.directors, problem.ends.left(scene.begin)[0])
     _require_fit(problem, scene, g[[0, -1]], state.positions[-1] - state.positions[0])
+    _require_stretch(problem, Frames(g, np.array(state.force), state.control), state)
     g[0], g[-1] = problem.ends.left(scene.begin)[0], problem.ends.right(scene.begin)[0]
     return Frames(g, np.array(state.force), scene.begin)
+
+
+def _held(problem: Statics, state: RestState, extensible: bool) -> Statics:
+    """The equations, on the mesh of `problem`, of which a state at rest is a solution."""
+    ends, elements = Ends.of(state.scene), problem.tables.elements
+    return Statics(state.scene.ribbon, ends, elements=elements, extensible=extensible)
+
+
+def _require_stretch(problem: Statics, frames: Frames, state: RestState) -> None:
+    """Refuse a state that stretches where the ribbon does not, and the other way round: it would ring."""
+    own, other = (
+        np.abs(
+            _held(problem, state, extensible).positions(frames, state.control)
+            - (state.positions - state.positions[0])
+        ).max()
+        for extensible in (problem.extensible, not problem.extensible)
+    )
+    if own > FITS and other < own:
+        refuse(
+            "initial",
+            state,
+            f"it is of extensible={not problem.extensible}, and here extensible={problem.extensible}; "
+            "the same is needed",
+        )
 
 
 def _let_go(problem: Statics, frames: Frames, scene: Scene, state: RestState) -> arrays.Motion:
     """The state of the time loop at a state at rest, which other loads may have held."""
     motion = at_rest(problem, frames, scene.ribbon.retardation > 0.0)
-    held = Statics(
-        state.scene.ribbon,
-        Ends.of(state.scene),
-        elements=problem.tables.elements,
-        extensible=problem.extensible,
-    )
+    held = _held(problem, state, problem.extensible)
     # (the stretch is that of the force that was there)
     motion.n[:] = in_groups(frames.force + held.loads(state.control))
     motion.x[1:-1, :3] = state.positions[1:-1] - state.positions[0]
