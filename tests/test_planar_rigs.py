@@ -3,10 +3,12 @@
 The check values are of a shooting method that shares no code with this project (L = EI2 = 1, inextensible).
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from ribbonfem import Drive, Ribbon, Scene, SceneError, elastica, kirchhoff
+from ribbonfem import Drive, Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 from ribbonfem.drive import NAMED
 
 # a weight of 5 EI2/L^3 of the default ribbon, in m/s2
@@ -152,3 +154,42 @@ def test_a_start_that_is_lost_on_the_way_says_where():
         elastica.folds(planar(compression=0.05, preset={"force": 50.0}))
     share = float(str(error.value).split(" at ")[-1].split()[0])
     assert 50.0 * share == pytest.approx(point.control, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        planar(ribbon=Ribbon(twist_ratio=0.2)),
+        planar(ribbon=Ribbon(twist_ratio=0.2), drive="right", start="U-", rate=-0.1),
+        planar(drive="both"),
+        planar(gravity=HEAVY, ribbon=Ribbon(twist_ratio=0.3)),
+    ],
+    ids=["left", "right", "both", "heavy"],
+)
+def test_no_fold_is_named_beyond_where_the_state_leaves_its_plane(scene):
+    lost = elastica.instabilities(scene)[0]
+    assert lost.out_of_plane
+    for functions in (elastica.folds, elastica.normal_forms):
+        with pytest.raises(SolverError, match=r"at a branch point .*before a fold") as raised:
+            functions(scene, elements=16)
+        named = float(str(raised.value).split("alpha ")[1].split(" rad")[0])
+        assert named == pytest.approx(lost.control, abs=1e-6)
+    assert kirchhoff.instabilities(scene)[0].control == pytest.approx(lost.control, abs=1e-6)
+    # up to a stop before it nothing is lost
+    assert elastica.folds(replace(scene, stop=0.9 * lost.control)) == ()
+
+
+def test_opposed_clamps_lose_no_state_until_it_leaves_its_plane_far_beyond_a_quarter_turn():
+    """U+ becomes the antisymmetric state, which stays stable: a pitchfork passed the other way."""
+    scene = planar(drive="opposed", rate=1.0)
+    assert elastica.folds(replace(scene, stop=4.4)) == kirchhoff.folds(replace(scene, stop=4.4)) == ()
+    (plane,), (space,) = (model.instabilities(scene) for model in (elastica, kirchhoff))
+    assert plane.out_of_plane
+    assert space.out_of_plane
+    assert plane.control == pytest.approx(space.control, abs=3e-5)
+    assert abs(plane.height) < 1e-9
+    stopped = replace(scene, stop=5.0)
+    for model in (elastica, kirchhoff):
+        assert model.leaves_plane(stopped) == pytest.approx(plane.control, abs=3e-5)
+        with pytest.raises(SolverError, match=r"alpha 4\.5209.* before a fold.*see `instabilities`"):
+            model.folds(scene)

@@ -123,7 +123,7 @@ def test_a_flat_ribbon_is_no_buckled_one(thickness):
             with pytest.raises(SceneError, match=r"Scene\.compression = .* Euler's load"):
                 call(scene)
         # what does not stretch buckles at any compression
-        assert elastica.folds(replace(scene, stop=None))
+        assert elastica.state(scene).height > 0.1 * compression**0.5
     if least < 1.0:
         above = Scene(compression=1.05 * least, shear=0.0, start="U+", ribbon=ribbon)
         (fold,) = elastica.folds(above, extensible=True)

@@ -268,8 +268,7 @@ def test_scenes_at_rest_are_judged():
     # met on the way and not foreseen: an error, though no refusal
     assert verdicts[hard_statics.KIRCHHOFF, "folds"].status == hard_statics.RAISED
     assert "branch point" in verdicts[hard_cases.RODS, "folds"].note
-    assert verdicts[hard_cases.ELASTICA, "folds"].status == hard_statics.SOUND
-    assert verdicts[hard_cases.ELASTICA, "folds"].error < 1e-7
+    assert "branch point" in verdicts[hard_cases.ELASTICA, "folds"].note
 
 
 def test_a_curve_that_jumps_is_told_from_one_that_does_not():

@@ -250,15 +250,9 @@ def _ramp_events(
                 continue
             if sign * event.point.parameter > limit:
                 return tuple(result)
-            if (
-                event.kind != "fold"
-                and segment.end.index == 0
-                and segment.start.rate * segment.end.rate < 0.0
-            ):
-                # the curve ends in another one, on which the state stays stable
-                onward = _along(problem, event, sign * min(0.01, limit))
-                if onward is not None and problem.linearise(*onward).index == 0:
-                    return (*result, *_ramp_events(problem, *onward, scene, steps))
+            onward = stays_stable(problem, segment, event, sign * min(0.01, limit))
+            if onward is not None:
+                return (*result, *_ramp_events(problem, *onward, scene, steps))
             result.append(event)
             if event.kind != "fold":
                 return tuple(result)
@@ -266,6 +260,17 @@ def _ramp_events(
         if not seeking and sign * segment.end.parameter > limit:
             break
     return tuple(result)
+
+
+def stays_stable(
+    problem: Problem[State], segment: Segment[State], event: Event[State], further: float
+) -> tuple[State, float] | None:
+    """The state, and its parameter, beyond an event at which the curve ends in another one that is stable."""
+    turns = segment.start.rate * segment.end.rate < 0.0
+    if event.kind == "fold" or segment.end.index or not turns:
+        return None
+    onward = _along(problem, event, further)
+    return onward if onward is not None and problem.linearise(*onward).index == 0 else None
 
 
 def _along(problem: Problem[State], event: Event[State], further: float) -> tuple[State, float] | None:
@@ -299,12 +304,16 @@ def ramp_folds(
     result = ramp_events(problem, state, scene, steps)
     folds = tuple(event for event in result if event.kind == "fold")
     if result and not folds and _folds_beyond(problem, result[0], scene, steps or steps_for(scene)):
-        where = control_text(scene, result[0].point.parameter, ".9g")
-        raise SolverError(
-            f"the ramp loses stability at a branch point ({where}) before a fold: another curve crosses "
-            "there, see `instabilities`; folds beyond are in `equilibria`"
-        )
+        raise lost_before_fold(scene, result[0].point.parameter)
     return folds
+
+
+def lost_before_fold(scene: Scene, control: float) -> SolverError:
+    """What `folds` says of a state that is lost at another point than a fold, at this control."""
+    return SolverError(
+        f"the ramp loses stability at a branch point ({control_text(scene, control, '.9g')}) before a fold: "
+        "another curve crosses there, see `instabilities`; folds beyond are in `equilibria`"
+    )
 
 
 def _folds_beyond(problem: Problem[State], event: Event[State], scene: Scene, steps: Steps) -> bool:

@@ -15,6 +15,7 @@ from ribbonfem.scene import Scene, Schedule
 
 from .between import Between
 from .corrector import NotConverged, Point, Problem, State, Steps, first_point, inside
+from .curves import stays_stable
 from .tracing import Segment, trace
 
 # the index is looked at once a step
@@ -67,7 +68,20 @@ def leaving(
     """
     sign, far = scene.direction, scene.furthest
     end = sign * scene.reach_towards(sign) if far is None else far
-    first = first_point(problem, state, scene.begin, sign)
+    return _leaving(problem, state, scene.begin, scene, index, end)
+
+
+def _leaving(
+    problem: Problem[State],
+    state: State,
+    begin: float,
+    scene: Scene,
+    index: Callable[[State], int],
+    end: float,
+) -> Point[State] | None:
+    """`leaving` from a state at `begin` on, as far as `end`."""
+    sign = scene.direction
+    first = first_point(problem, state, begin, sign)
     # of one stiffness the start turns freely: its eigenvalue is rounding
     if scene.ribbon.one_stiffness or index(first.state):
         return first
@@ -77,7 +91,8 @@ def leaving(
         if index(last.state):
             return _first(problem, segment, last, index)
         if segment.events:
-            break
+            onward = stays_stable(problem, segment, segment.events[0], sign * min(0.01, abs(end - begin)))
+            return None if onward is None else _leaving(problem, *onward, scene, index, end)
     return None
 
 

@@ -10,6 +10,7 @@ from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
 from ribbonfem.continuation.curves import (
     as_fold,
     instability_of,
+    lost_before_fold,
     ramp_events,
     ramp_folds,
     span_of,
@@ -17,7 +18,7 @@ from ribbonfem.continuation.curves import (
 )
 from ribbonfem.delay import NormalForm, normal_form
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, Instability, RestState
+from ribbonfem.results import Array, Branch, Fold, Instability, RestState, SolverError
 from ribbonfem.scene import Scene
 
 from . import out_of_plane
@@ -42,6 +43,33 @@ AT_REST = 16
 
 def _folds(
     problem: Statics, start: _State, scene: Scene, steps: Steps | None = None
+) -> tuple[Event[_State], ...]:
+    """As `ramp_folds`, in the plane and out of it.
+
+    A rod of one stiffness turns freely out of its plane: that is not lost, and not looked at.
+    """
+    if scene.ribbon.one_stiffness:
+        return _in_plane(problem, start, scene, steps)
+    plain = scene.drive in ("left", "right") and not scene.dressed
+    if plain:
+        result = _in_plane(problem, start, scene, steps)
+        # the state at the fold tells of all before it
+        if not result or not out_of_plane.OutOfPlane(problem, scene.ribbon).index(result[0].point.state):
+            return result
+    across = out_of_plane.lost_at(problem, start, scene)
+    try:
+        result = _in_plane(problem, start, scene, steps)
+    except SolverError:
+        if across is None:
+            raise
+        raise lost_before_fold(scene, float(across.parameter)) from None
+    if across is not None and result:
+        raise lost_before_fold(scene, float(across.parameter))
+    return result
+
+
+def _in_plane(
+    problem: Statics, start: _State, scene: Scene, steps: Steps | None
 ) -> tuple[Event[_State], ...]:
     """As `ramp_folds`, which looks where a ramp lands beyond each fold.
 
@@ -78,7 +106,8 @@ def folds(
     Raises
     ------
     SceneError, OptionError, SolverError
-        For a scene that is not planar, a mesh that cannot be, a continuation that fails.
+        For a scene that is not planar, a mesh that cannot be, a continuation that fails; for a state that is
+        lost at another point than a fold before any fold, out of its plane too: see `instabilities`.
     """
     problem, start = named(scene, elements, extensible)
     result = _folds(problem, start, scene, steps)
@@ -112,11 +141,10 @@ def _lost(
     problem: Statics, start: _State, scene: Scene, steps: Steps | None, options: dict[str, Any]
 ) -> tuple[Instability, ...]:
     of: dict[str, Any] = {"model": "elastica", "options": options}
-    result = ramp_events(problem, start, scene, steps)
-    points = [instability_of(problem, event, scene, steps, of) for event in result]
     across = out_of_plane.lost_at(problem, start, scene)
-    if across is None or (points and scene.direction * (points[0].control - float(across.parameter)) < 0.0):
-        return tuple(points)
+    if across is None:
+        result = ramp_events(problem, start, scene, steps)
+        return tuple(instability_of(problem, event, scene, steps, of) for event in result)
     control = float(across.parameter)
     height, _, load = problem.observe(across.state, control)
     # the planar state is its own mirror image: no quadratic term; the cubic one is not known in the plane
