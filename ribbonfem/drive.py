@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frozen import Frozen
-from .ribbon import SceneError, field_number, shown
+from .ribbon import SceneError, answers_unknown, field_number, shown
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,7 @@ ODD = ("left", "right", "twist_left", "twist_right", "lift", "force")
 _FEASIBLE, _FORCE = 0.98, 100.0
 
 
+@answers_unknown
 @dataclass(frozen=True, kw_only=True)
 class Drive:
     """What moves by how much while the control moves by 1; what is 0 does not move.
@@ -41,7 +42,7 @@ class Drive:
     Raises
     ------
     SceneError
-        If nothing moves, or a field is no finite number.
+        If nothing moves, or a field is no finite number; for a control that there is not.
 
     Examples
     --------

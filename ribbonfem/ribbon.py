@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
+from functools import wraps
 from numbers import Real
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -67,6 +68,24 @@ def refuse_unknown(owner: str, unknown: Mapping[str, object], fields: Iterable[s
         raise SceneError(
             f"{owner}.{name} = {shown(value)}: there is no such field{meant}; there are {', '.join(fields)}"
         )
+
+
+T = TypeVar("T", bound=type)
+
+
+def answers_unknown(kind: T) -> T:
+    """Class decorator of a dataclass: a keyword that is no field raises as `refuse_unknown` does."""
+    names = [item.name for item in fields(kind)]
+    plain = kind.__init__  # type: ignore[misc]
+
+    @wraps(plain)
+    def init(self: object, *args: object, **given: object) -> None:
+        unknown = {name: value for name, value in given.items() if name not in names}
+        refuse_unknown(kind.__name__, unknown, names)
+        plain(self, *args, **given)
+
+    kind.__init__ = init  # type: ignore[misc]
+    return kind
 
 
 def _along(name: str, values: object) -> float | tuple[float, ...]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .ribbon import SceneError, as_number, shown
+from .ribbon import SceneError, answers_unknown, as_number, shown
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,7 @@ def _numbers(name: str, values: object) -> tuple[float, ...]:
         raise SceneError(f"Schedule.{name} = {shown(values)}: {error}") from None
 
 
+@answers_unknown
 @dataclass(frozen=True)
 class Schedule:
     """The control at instants, and between them.
@@ -267,11 +268,14 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array
     Raises
     ------
     SceneError
-        If one is not there, or a cell holds no number; names the row.
+        If one is not there, or a cell holds no number; names the row.  For a file that is not in UTF-8.
     OSError
         If the file cannot be read.
     """
-    text = Path(path).read_text(encoding="utf-8-sig")
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{what}: {path}: no text in UTF-8, by its byte {error.start + 1}") from None
     first = text.split("\n", 1)[0]
     separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
     rows = [

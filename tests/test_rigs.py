@@ -3,6 +3,7 @@
 The check values are of a shooting method: Kirchhoff rod, inextensible, L = EI2 = 1, EI1 400, GJ 1.4562.
 """
 
+import inspect
 from dataclasses import fields, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, e
 from ribbonfem.drive import CONTROLS
 from ribbonfem.options import OptionError
 from ribbonfem.outcomes import events
+from ribbonfem.output.scene_file import read_scene
 
 # a weight of 5 EI2/L^3 of the default ribbon, in m/s2
 HEAVY = (0.0, 0.0, -5.0 / Ribbon().weight_ratio)
@@ -322,6 +324,29 @@ def test_a_measured_file_without_rows_is_told(tmp_path):
     path.write_text("time,alpha\n", encoding="utf-8")
     with pytest.raises(SceneError, match=r"alpha\.csv: no row below the names time, alpha"):
         Schedule.from_csv(path)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_a_measured_file_in_another_encoding_is_told(tmp_path, encoding):
+    path = tmp_path / "alpha.csv"
+    path.write_text("time,Länge\n0,0\n1,0.5\n", encoding=encoding)
+    with pytest.raises(SceneError, match=r"alpha\.csv: no text in UTF-8, by its byte \d"):
+        Schedule.from_csv(path)
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[schedule]\nfile = "alpha.csv"\n', encoding="utf-8")
+    with pytest.raises(SceneError, match=r"scene\.toml: .*alpha\.csv: no text in UTF-8"):
+        read_scene(scene)
+    scene.write_text('start = "Ü"\n', encoding=encoding)
+    with pytest.raises(SceneError, match=r"scene\.toml: not a TOML file: "):
+        read_scene(scene)
+
+
+def test_a_field_of_a_drive_or_schedule_that_there_is_not_lists_those_that_there_are():
+    with pytest.raises(SceneError, match=r"Drive\.lft = 1: there is no such field, perhaps 'lift' .*twist_l"):
+        Drive(lft=1)
+    with pytest.raises(SceneError, match=r"Schedule\.knd = 'linear': .*; there are time, value, kind, slope"):
+        Schedule((0, 1), (0, 1), knd="linear")
+    assert list(inspect.signature(Schedule).parameters) == ["time", "value", "kind", "slope"]
 
 
 def test_the_old_name_of_the_right_clamp_reads():
