@@ -271,6 +271,12 @@ class History(Controlled):
             return time, float(np.interp(time, times, controls))
         return time, schedule(time - self.begun)
 
+    def stands_still(self, time: float) -> bool:
+        """Whether the control does not move about an instant (s), so that its value does not tell that."""
+        times, controls = self.track[:2]
+        k = min(max(int(np.searchsorted(times, time)), 1), len(times) - 1)
+        return bool(controls[k - 1] == controls[k])
+
     def kinks(self, times: Array, controls: Array) -> tuple[int, ...]:
         """The rows of these at which the control's speed jumps."""
         if self.scene is None or self.scene.schedule is None:

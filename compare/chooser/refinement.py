@@ -23,6 +23,7 @@ from typing import Any
 
 import der
 from compare.limits import limit_of
+from compare.quantities.measure import require_moving
 from ribbonfem import History, Scene, SceneError, SolverError
 from ribbonfem.results import Value
 
@@ -75,7 +76,10 @@ class Settled(Value):
 def _instant(history: History, quantity: str) -> float | None:
     """The control, or the time (s), at an instant."""
     result = history.snap if CROSSINGS[quantity] == "height" else history.crossing("slope")
-    return None if result is None else result[0 if quantity == "snap time" else 1]
+    if result is None or quantity == "snap time":
+        return result and result[0]
+    require_moving(history, result[0], quantity)
+    return result[1]
 
 
 def timed(

@@ -18,7 +18,7 @@ from scipy.interpolate import make_interp_spline
 from compare.models import MODEL_INFO, MODELS
 from ribbonfem import History, Scene, SolverError, kirchhoff
 from ribbonfem.model_info import defaults
-from ribbonfem.options import OptionError
+from ribbonfem.options import OptionError, refuse
 from ribbonfem.results import Array, Fold, Value, control_text
 from ribbonfem.scene import shown
 
@@ -277,9 +277,22 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
             raise SolverError(
                 f"the {quantity} does not change sign up to {control_text(scene, scene.require_stop())}"
             )
+        if not time_of:
+            require_moving(history, result[0], "snap" if quantity == "height" else "first snap")
         return result[0 if time_of else 1], seconds
 
     return measure
+
+
+def require_moving(history: History, time: float, quantity: str) -> None:
+    """Raise a `OptionError` where the control stands still at an instant that its value is to tell."""
+    if history.stands_still(time):
+        refuse(
+            "quantity",
+            quantity,
+            f"the control stands still when it comes, at {time:.6g} s, so that it tells no instant: "
+            "'snap time' does",
+        )
 
 
 def _at(rest: str, end: Callable[[History, str], Any]) -> Measure:
