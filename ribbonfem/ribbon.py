@@ -49,7 +49,8 @@ def as_number(value: object) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise ValueError(f"a finite number is needed, of a magnitude below {np.finfo(float).max:.3g}")
-    return number
+    # (-0.0 is 0.0, and would be told from it by its bytes)
+    return number + 0.0
 
 
 def field_number(owner: str, name: str, value: object) -> float:

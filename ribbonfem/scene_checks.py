@@ -21,8 +21,8 @@ _HARDLY = 1e-4
 _TURNS = 6.0 * math.pi + 1e-6
 # m/s2, of a ribbon whose weight nobody spoke of
 _GRAVITY = 9.81
-# ribbons whose weight has been spoken of
-_told: set[Ribbon] = set()
+# weights (EI2/L^2) that have been spoken of: a ribbon of another natural shape weighs the same
+_told: set[float] = set()
 
 
 def require_slack(compression: float, shear: float) -> None:
@@ -210,10 +210,10 @@ def warn_of_slips(
             SceneWarning,
             stacklevel=3,
         )
-    if gravity is None and ribbon != Ribbon() and ribbon not in _told:
+    if gravity is None and ribbon != Ribbon():
         weight = _GRAVITY * ribbon.weight_ratio
-        if weight > 1.0:
-            _told.add(ribbon)
+        if weight > 1.0 and weight not in _told:
+            _told.add(weight)
             warnings.warn(
                 f"Scene.gravity = None: no weight acts, though at {_GRAVITY:g} m/s2 the ribbon's would be "
                 f"{weight:.3g} EI2/L^2. Give gravity=(gx, gy, gz) in m/s2, or (0, 0, 0) for none",

@@ -125,3 +125,10 @@ def test_a_state_that_stretches_is_begun_at_by_a_ribbon_that_does(base, stretche
     named = rf"it is of extensible={stretches}, and here extensible={not stretches}"
     with pytest.raises(OptionError, match=named):
         kirchhoff.simulate(scene, initial=state, elements=6, extensible=not stretches)
+
+
+def test_a_model_without_states_at_rest_says_what_it_goes_on_from():
+    scene = Scene(**PLANAR, rate=0.1, stop=0.01)
+    for given in (elastica.state(scene, elements=4), 3):
+        with pytest.raises(OptionError, match=r"initial = .*: a History of quasilinear\.simulate is needed"):
+            quasilinear.simulate(scene, initial=given)

@@ -1,9 +1,13 @@
 import math
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ribbonfem import Ribbon, Scene, SceneError
+from compare.sweep.task import Task
+from ribbonfem import Ribbon, Scene, SceneError, Schedule
+from ribbonfem.scene import SceneWarning
 
 PLANAR = {"shear": 0.0, "start": "U+"}
 
@@ -89,3 +93,31 @@ def test_helpers_refuse():
         Scene().require_stop()
     with pytest.raises(SceneError, match="elastica"):
         Scene().require_planar("elastica")
+
+
+def test_scenes_that_differ_in_the_sign_of_a_zero_are_one_to_a_sweep_too():
+    """As a mirror image makes them: equal, with one hash and one key."""
+    ribbon = Ribbon(curvature=(0.0, 1.0), twist=-0.0)
+    given = {"gravity": (0.0, 0.0, -0.0), "shear": -0.0, "start": "U+", "ribbon": ribbon, "damping": -0.0}
+    scene = Scene(**given, schedule=Schedule((-0.0, 1), (-0.0, 0.1), slope=(-0.0, 0.2)))
+    plain = Scene(
+        gravity=(0.0, 0.0, 0.0),
+        shear=0.0,
+        start="U+",
+        ribbon=Ribbon(curvature=(0.0, 1.0)),
+        damping=0.0,
+        schedule=Schedule((0, 1), (0.0, 0.1), slope=(0.0, 0.2)),
+    )
+    for one, other in ((scene, plain), (scene.mirror.mirror, plain), (scene.mirror, plain.mirror)):
+        assert (one, hash(one), Task(repr, one).key) == (other, hash(other), Task(repr, other).key)
+    assert "-0.0" not in repr(plain.mirror)
+
+
+def test_of_its_weight_a_ribbon_is_told_once_and_its_mirror_image_not_again():
+    ribbon = Ribbon(thickness=0.00123, curvature=1.0)
+    with pytest.warns(SceneWarning, match="no weight acts"):
+        scene = Scene(ribbon=ribbon)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert scene.mirror.mirror == scene
+        Scene(ribbon=replace(ribbon, curvature=2.0, retardation=0.1))

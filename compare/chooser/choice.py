@@ -55,7 +55,8 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
     scene: planar or sheared; `stop` may be None: then the clamp turns until the snap.
     tolerance: rad.
     quantity: "snap", the angle at which z(1/2) first passes 0; "first snap", at which the mid
-        tangent does (U+S+ to U+S-); "snap time", when (s) it snaps; "fold", the last fold that a very
+        tangent does (U+S+ to U+S-); "snap time", when (s) it snaps, which
+        alone tells an instant at which the control stands still; "fold", the last fold that a very
         slow ramp meets.
     motion: whether the motion up to the snap is wanted too, and not the number alone.
 

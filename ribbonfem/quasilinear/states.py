@@ -9,6 +9,7 @@ import numpy as np
 
 from ribbonfem.continuation.initial import followed
 from ribbonfem.continuation.loading import brought_on
+from ribbonfem.options import refuse
 from ribbonfem.results import Array, History
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.resume import begun_again, require_fit, require_history
@@ -49,8 +50,10 @@ def resumed(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]
     SceneError
         If its clamps are not where the scene's begin, or its compression is another.
     """
+    if not isinstance(initial, History):
+        refuse("initial", initial, "a History of quasilinear.simulate is needed")
     kept: Any = require_history(initial, "quasilinear", scene, problem.options)
-    before = initial.scene  # type: ignore[attr-defined]
+    before = initial.scene
     # (heights are counted in the root of dL, which the controls do not change)
     off = np.abs(kept["ends"][0] - problem.ends(scene.begin)).max() * problem.scale
     require_fit(scene, max(float(off), abs(before.compression - scene.compression)))
