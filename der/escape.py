@@ -58,7 +58,7 @@ def escape(
     angle = result.form.angle
     damping = scene.scaled_damping
     ends = held(scene, angle, duration / scene.ribbon.inertial_time)
-    course = kernels.Course(damping, np.inf, -np.inf, until == "snap")
+    course = kernels.Course(damping, np.inf, -np.inf, 0.0 if until == "snap" else np.inf)
     options = step_options("tr-bdf2", 0.0, local, max(1e-11, 1e-3 * local))
     run = Loop(rod, result.state, options, 1, configurations, result.velocity, damping)
     begin = clock_time.perf_counter()

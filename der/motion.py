@@ -26,7 +26,7 @@ from ribbonfem.continuation.saddles import lowest_saddle
 from ribbonfem.ends import moving
 from ribbonfem.ends.kernels import Ends
 from ribbonfem.options import OptionError, checked, choice, options_given, require_duration, within
-from ribbonfem.results import History, RestState, SolverError, control_text
+from ribbonfem.results import History, RestState, SolverError, control_text, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import TABLEAUS, Tableau
 
@@ -151,6 +151,7 @@ def simulate(
         raise OptionError(f"method = {method!r}: takes no Ribbon.retardation; the others do")
     state, began = (start_state(rod), 0.0) if initial is None else initial_states.of(rod, initial)
     rest = None if initial is None else initial_states.rest_of(rod, state, initial)
+    mesh = {"nodes": rod.nodes, "clamp": rod.clamp}
     ends = _controls(scene, began)
     # a control that stands still at the end of its motion
     held = bool(ends.kinks.size > 2 and not ends.pieces[ends.first[-2] : -1, 1:].any())
@@ -158,7 +159,7 @@ def simulate(
         float(scene.scaled_damping),
         float(ends.kinks[-2] if held else ends.kinks[-1]),
         _barrier(scene.at_rest, nodes, clamp, stop) if until == "decided" else -np.inf,
-        until == "snap",
+        began + snaps_since(scene, until, "der", mesh, rest) / unit if until == "snap" else np.inf,
     )
     given = options_given(tolerance=local if fixed is None else None, newton_tolerance=newton)
     if options.method not in _warm:

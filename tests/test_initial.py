@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import der
+from compare.archive import load, save
 from ribbonfem import OptionError, Ribbon, Scene, Schedule, elastica, kirchhoff, quasilinear
 
 NONE = (0.0, 0.0, 0.0)
@@ -18,7 +19,7 @@ def still(at, seconds=3.0):
 
 
 @pytest.mark.parametrize("model", [kirchhoff, elastica, der])
-def test_a_state_let_go_beyond_its_fold_snaps(model):
+def test_a_state_let_go_beyond_its_fold_snaps(model, tmp_path):
     """Nothing at rest is there to be followed, so that every passage counts; the start is none there."""
     mesh, base = MESHES[model], {**PLANAR, "compression": 0.3}
     at = model.folds(Scene(**base), **mesh)[0].control + 1e-3
@@ -30,11 +31,13 @@ def test_a_state_let_go_beyond_its_fold_snaps(model):
     assert run.snap is not None
     assert run.snap == run.crossing()
     assert (run.snaps_from, run.rest) == (0.0, {})
+    kept = load(save(run, tmp_path / "run.zip"))
+    assert (kept, kept.snap, kept.snaps_from) == (run, run.snap, 0.0)
     ended = model.simulate(scene, **given, until="snap")
     assert run.snap[0] < ended.time[-1] < run.snap[0] + 0.2
 
 
-def test_a_state_that_is_an_equilibrium_is_followed_whatever_the_start_is():
+def test_a_state_that_is_an_equilibrium_is_followed_whatever_the_start_is(tmp_path):
     """U+S- has one fold, further than the first of U+S+, which the scene names."""
     moved = Schedule((0.0, 1.0), (0.0, 0.9))
     scene = Scene(**SHEARED, start="U+S+", schedule=moved, damping=5.0)
@@ -43,6 +46,8 @@ def test_a_state_that_is_an_equilibrium_is_followed_whatever_the_start_is():
     own = kirchhoff.folds(Scene(**SHEARED, start="U+S-"), elements=6)[0].control
     assert moved(run.snaps_from) == pytest.approx(own, abs=1e-8)
     assert run.snap == run.crossing()
+    kept = load(save(run, tmp_path / "run.zip"))
+    assert kept.snaps_from == run.snaps_from
 
 
 @pytest.mark.parametrize("model", list(MESHES))
@@ -78,15 +83,17 @@ def test_what_is_gone_on_from_follows_what_it_is_about(model):
     assert back.snap[1] < -fold
 
 
-def test_opposed_clamps_take_the_height_through_0_at_rest_in_what_is_gone_on_from_too():
+@pytest.mark.parametrize("model", [elastica, kirchhoff, der])
+def test_opposed_clamps_take_the_height_through_0_at_rest_in_what_is_gone_on_from_too(model):
     base = {**PLANAR, "drive": "opposed", "damping": 5.0}
-    options = {"elements": 6, "tolerance": 1e-4}
+    options = {**MESHES[model], "tolerance": 1e-4}
     first, second = Schedule((0, 2), (0, 0.1), "linear"), Schedule((0, 4), (0.1, 2.5), "linear")
-    begun = elastica.simulate(Scene(**base, schedule=first), **options)
-    rest = elastica.simulate(Scene(**base, schedule=second), initial=begun, **options)
+    begun = model.simulate(Scene(**base, schedule=first), **options)
+    rest = model.simulate(Scene(**base, schedule=second), initial=begun, **options, until="snap")
     assert rest.rest
     assert rest.crossing() is not None
     assert rest.snap is None
+    assert rest.control[-1] == 2.5
 
 
 @pytest.mark.parametrize("model", [kirchhoff, elastica, der])

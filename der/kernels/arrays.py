@@ -52,9 +52,9 @@ ROW_SIZE = ROW_REACTIONS + 12
 # retardation in t*; shape (N, 2) natural curvature and twist of a node, rad; lumps (N,) of the weight
 Rod = namedtuple("Rod", "stiffness rest stretch inertia arclength shape lumps retardation")
 # nu, in 1/t*; the instant from which the control stands still, and the energy below which the ribbon cannot
-# leave its state then any more, so that its run ends; whether to end soon after the height crosses that of
-# the clamps
-Course = namedtuple("Course", "damping settled barrier snap")
+# leave its state then any more, so that its run ends; the instant from which on a run ends soon after the
+# height crosses that of the clamps
+Course = namedtuple("Course", "damping settled barrier since")
 # method, step (0: adaptive), tolerance (of positions), newton (of updates), largest, smallest, radius; of
 # a Runge-Kutta method its table (stages, stages), whose last row is the step's weights, its instants, the
 # weights (stages,) of its error and the power of the step in that

@@ -220,7 +220,7 @@ def run(rod, ends, motion, s, course, options, every, rows, row_x, row_m1, row_v
             clock[ROW] -= 1.0
             record(rod, ends, motion, s, course, phase, rows, row_x, row_m1, row_v, True)
             return DONE
-        if course.snap:
+        if clock[TIME] >= course.since:
             height = rows[row, ROW_HEIGHT] - 0.5 * (ends.fixed[LIFT] + ends.moved[LIFT] * clock[CONTROL])
             if clock[SIDE] == 0.0 and abs(height) > DEPARTED:
                 clock[SIDE] = height
