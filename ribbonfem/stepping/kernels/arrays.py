@@ -18,6 +18,7 @@ DONE, FULL, STUCK, GREW, CREPT = 0, 1, 2, 3, 4
 MOST_TIMES, MOST_BESIDES = 32.0, 2e4
 # what `clock` holds; a model may have places of its own behind
 TIME, STEP, WORK, DISSIPATED, PHASE, KINK, STEPS, NEWTON = range(8)
+# LAST: of means the last step; of others 0, or less where the step of a ribbon that retards ends at a kink
 REJECTED, ROWS, POWER, LOSING, AFTER, LAST, LOWEST, PEAK, SIDE, CARRY, SINCE, EXCESS = range(8, 20)
 # rows with configurations; energy that a step by means gained; the control's rate at the last instant
 PLACES, GAINED, SPUN = 20, 21, 22

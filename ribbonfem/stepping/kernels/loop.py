@@ -200,6 +200,8 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     # the auxiliary acceleration is that of an instant in proportion to the step
                     rescale(model, h / clock[LAST])
                 clock[LAST] = h
+            elif ramp.first < SHORT:
+                clock[LAST] = -h if landed else 0.0
             begin(model, clock)
             work, lost = m.a[last, 0] * clock[POWER], m.a[last, 0] * clock[LOSING]
             # one place where stages are solved: the compiler copies the whole solver to each

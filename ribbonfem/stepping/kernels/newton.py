@@ -13,7 +13,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.results import Array
 
 from .arrays import CLOCK_SIZE as COMMON
-from .arrays import Ramp
+from .arrays import LAST, Ramp
 
 # places in the clock behind those of the time loop: sigma of the factors kept, how often there were new ones,
 # and the rate at which increments fell, measured and foretold
@@ -68,7 +68,11 @@ def newton_of(equations: Equations) -> Callable[..., int]:
         fresh = not abs(clock[SIGMA] - sigma) <= KEEP * sigma
         # What Newton leaves in a position, over the step, is in the velocity; all to one side it feeds
         # the ringing.
-        tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * math.sqrt(b)))
+        shortest = math.sqrt(b)
+        if clock[LAST] < 0.0:
+            # (what it leaves before a kink is corrected in the short step behind that)
+            shortest = min(shortest, ramp.first)
+        tolerance = max(SMALLEST_CHANGE, ramp.newton * min(1.0, RESOLVED * shortest))
         before = rate = 0.0
         made = 0
         iteration = 0
