@@ -22,9 +22,15 @@ def held():
     return Scene(**{**BASE, "damping": 2.0}, rate=1.0, stop=fold + 0.02, hold=5.0)
 
 
-@pytest.mark.parametrize("made", [release, held])
-def test_the_control_tells_no_instant(made):
-    scene = made()
+def test_a_ramp_that_snaps_while_it_is_held_does_so_at_its_stop():
+    scene = held()
+    answer = compare.choose(scene, 1e-3).run()
+    assert answer.met
+    assert answer.value == pytest.approx(scene.stop, abs=answer.error + 1e-12)
+
+
+def test_the_control_tells_no_instant():
+    scene = release()
     told = r"quantity = 'snap': the control stands still when it comes, at .* s.*'snap time' does"
     with pytest.raises(OptionError, match=told):
         compare.choose(scene, 1e-3).run()

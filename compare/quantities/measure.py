@@ -285,8 +285,11 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
 
 
 def require_moving(history: History, time: float, quantity: str) -> None:
-    """Raise a `OptionError` where the control stands still at an instant that its value is to tell."""
-    if history.stands_still(time):
+    """Raise an `OptionError` where the control stands still at an instant that its value is to tell.
+
+    (Of a ramp that is held at its stop the stop is the answer.)
+    """
+    if history.scene.schedule is not None and history.stands_still(time):
         refuse(
             "quantity",
             quantity,
