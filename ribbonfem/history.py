@@ -345,7 +345,12 @@ def _met(
     scene: Scene, model: str, options: Mapping[str, Any], rest: Mapping[str, Array] | None
 ) -> tuple[Instability, ...]:
     mesh = tuple((name, value) for name, value in options.items() if name in MESH)
-    still = replace(scene.at_rest, rate=scene.direction) if scene.begin == 0.0 else scene.at_rest
+    still, far = scene.at_rest, scene.furthest
+    if scene.begin == 0.0:
+        # (scenes share what is met, but for one that goes farther than it is looked for)
+        still = replace(still, rate=scene.direction)
+        if far is not None and scene.direction * far > still.reach_towards(scene.direction):
+            still = replace(still, stop=far)
     # (bytes have a hash)
     state = rest and tuple((name, array.shape, array.tobytes()) for name, array in rest.items())
     return () if state == {} else _instabilities(model, still, mesh, state)

@@ -241,9 +241,10 @@ class Scene:
         return self.stop if self.schedule is None else self.schedule.furthest
 
     def reach_towards(self, sign: float) -> float:
-        """How far the control is followed to one side where nothing says how far (`Drive.reach`)."""
+        """How far the control is followed to one side: as far as `Drive.reach` says, or the scene goes."""
         first = self.chord(0.0)
-        return self.drives.reach(first, sign * (self.chord(1.0) - first))
+        goes = (self.stop or 0.0,) if self.schedule is None else self.schedule.extremes
+        return max(self.drives.reach(first, sign * (self.chord(1.0) - first)), *(sign * end for end in goes))
 
     def controls(self, control: float) -> dict[str, float]:
         """Every control, by name, where the scalar is `control`; dL/L and dW/L are the scene's besides."""

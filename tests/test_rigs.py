@@ -385,3 +385,14 @@ def test_every_control_has_a_derivative_in_time_that_fits():
         np.testing.assert_allclose(spin, pose[k : k + 3], atol=1e-9)
         r = kernels.SPIN_RATE + 3 * side
         np.testing.assert_allclose(rate[k : k + 3], pose[r : r + 3], atol=1e-8)
+
+
+@pytest.mark.parametrize("model", [kirchhoff, elastica])
+def test_a_control_is_followed_as_far_as_the_scene_goes(model):
+    """Farther than 100 EI2/L^2, to which a force is followed where nothing says how far."""
+    scene = Scene(**PLANAR, gravity=NONE, drive="force", rate=10.0, stop=130.0, preset={"left": 0.02})
+    (fold,) = model.instabilities(scene, elements=8)
+    assert 100.0 < fold.control < 130.0
+    run = model.simulate(scene, elements=8)
+    assert run.snap == run.crossing()
+    assert run.snap[1] > fold.control
