@@ -271,7 +271,7 @@ def status(result: RunResult) -> int:
 COMMAND = Command(
     name="run",
     title=lambda result: f"{Path(result.file).stem}: {result.choice.quantity}",
-    takes="from a millisecond to some seconds, by the scene and the tolerance",
+    takes="from a millisecond to some seconds; with --motion some 15 seconds",
     main=main,
     summary=summary,
     tables=tables,

@@ -36,9 +36,10 @@ def text(name: str) -> str:
     name = name.removesuffix(".toml")
     name = MOVIES.get(name.lower(), name)
     if name not in NAMES:
-        near = get_close_matches(name.lower(), (*NAMES, *MOVIES), 1)
+        known = (*NAMES, *MOVIES)
+        near = get_close_matches(name.lower(), known, 1)
         meant = f"; perhaps {near[0]!r} is meant" if near else ""
-        raise SceneError(f"{name!r}: no example scene has this name{meant}; there are {', '.join(NAMES)}")
+        raise SceneError(f"{name!r}: no example scene has this name{meant}; there are {', '.join(known)}")
     return (files("compare") / "examples" / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -338,7 +338,8 @@ def trace(
             if step < steps.smallest:
                 raise SolverError(
                     f"continuation stopped at parameter {base.parameter:.9g}: no step of at least "
-                    f"{steps.smallest:g} in arclength (`Steps.smallest`) found a next point of the same curve"
+                    f"{steps.smallest:g} in arclength (`Steps.smallest`) found a next point of the same "
+                    "curve; close to a branch point another mesh, or other `steps`, may pass it"
                 )
             try:
                 end = correct(problem, base, step, steps)

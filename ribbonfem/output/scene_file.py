@@ -114,9 +114,8 @@ def read_scene(path: Path | str) -> Scene:
 def _schedule(table: object, folder: Path) -> Schedule:
     """The schedule of a table, or of the file that it names."""
     if not isinstance(table, dict):
-        raise SceneError(
-            f"Scene.schedule = {shown(table)}: a table is needed, of {', '.join(_SCHEDULE)}, or with a file"
-        )
+        wanted = "a table is needed, of time and value (kind, slope), or of a file"
+        raise SceneError(f"Scene.schedule = {shown(table)}: {wanted}")
     allowed = _FILE if "file" in table else _SCHEDULE
     for name, value in table.items():
         if name not in allowed:
