@@ -8,7 +8,7 @@ import pytest
 import der
 from der.problem import default_steps
 from der.rod import Rod
-from ribbonfem import Ribbon, Scene, SceneError, kirchhoff
+from ribbonfem import Ribbon, Scene, SceneError, elastica, kirchhoff
 from ribbonfem.continuation import Steps, first_point, trace
 from ribbonfem.ends import Ends
 
@@ -122,3 +122,13 @@ def test_rods_have_their_states_at_their_pitchfork(nodes):
         scene = Scene(compression=0.25, shear=at * (1.0 + away), start="U+")
         result = der.stable_states(scene, nodes=nodes)
         assert result in (UNBROKEN, BROKEN) if away < 1e-6 else result == BROKEN
+
+
+@pytest.mark.parametrize("model", [elastica, kirchhoff])
+@pytest.mark.parametrize("drive", ["force", "both"])
+def test_a_branch_point_at_which_nothing_converges_is_closed_in_on(model, drive):
+    """Newton does not end at the point itself, on some meshes: places beside it serve."""
+    for compression in (0.10, 0.15, 0.22, 0.25, 0.275, 0.30):
+        scene = Scene(compression=compression, shear=0.0, start="U+", drive=drive, gravity=(0.0, 0.0, 0.0))
+        met = [model.instabilities(scene, elements=count)[0].control for count in (12, 16)]
+        assert met[0] == pytest.approx(met[1], rel=3e-7)

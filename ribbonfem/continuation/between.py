@@ -11,6 +11,8 @@ from .corrector import NotConverged, Point, Problem, State, Steps, correct
 
 # values below this part of those at the ends may be rounding
 _ROUNDING = 1e-7
+# how often, and by how much of what is left, a place is left where nothing converges
+_ASIDE, _SHARE = 12, 0.03
 
 
 def root(
@@ -20,7 +22,8 @@ def root(
 
     By inverse quadratic interpolation of the last three values, and by halving where that leads out
     of the bracket or does not shorten it (R. P. Brent, 1973, chapter 4).  Where the values are
-    rounding, or where none is found beside the root, the least of them counts.
+    rounding, or where none is found beside the root, the least of them counts.  (At a branch point itself
+    none is found: places to its sides close in on it.)
 
     Raises
     ------
@@ -39,7 +42,7 @@ def root(
     last = [(low, ends[low]), (high, ends[high])]
     following = _interpolated(last) if guess is None else guess
     least, best = np.inf, low
-    lengths = [high - low]
+    lengths, aside = [high - low], 0
     while True:
         # not at an end: where the root is there the tangent is singular
         place = min(max(following, low + 0.5 * within), high - 0.5 * within)
@@ -48,7 +51,11 @@ def root(
         except NotConverged:
             if least < small:
                 return best
-            raise
+            aside += 1
+            if aside > _ASIDE:
+                raise
+            following = place + _SHARE * ((high if aside % 2 else low) - place)
+            continue
         if least < small and abs(there) >= least:
             return best
         if abs(there) < least:
