@@ -24,7 +24,6 @@ PHYSICAL = [
 ]
 # default runs that are right on their mesh and off against a finer one, and by what
 COARSE_DEFAULTS = {
-    ("planar, rate 1000", hard_cases.ELASTICA): 0.042,
     ("GJ/EI2 100", hard_cases.KIRCHHOFF): 2.41e-3,
     ("nearly taut, dW 0.799", hard_cases.KIRCHHOFF): 4.7e-4,
 }
