@@ -238,6 +238,25 @@ def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(metho
     assert_goes_on(whole, first, second)
 
 
+@pytest.mark.parametrize("given", [{"tolerance": 1e-4}, {"step": 4e-3}])
+@pytest.mark.parametrize(("model", "start"), [(kirchhoff, SHEARED), (elastica, PLANAR)])
+def test_so_is_one_that_keeps_its_energy(model, start, given):
+    """What a kink leaves of the energy is told against the balance of the motion before."""
+
+    def run(times, values, **options):
+        schedule = Schedule(times, values, kind="linear")
+        scene = Scene(**start, damping=0.3, gravity=NONE, schedule=schedule)
+        return model.simulate(scene, method="discrete-gradient", elements=4, **given, **options)
+
+    whole, first = run((0, 0.5, 1), (0, 0.2, 0.3)), run((0, 0.5), (0, 0.2))
+    second, k = run((0, 0.5), (0.2, 0.3), initial=first), len(first) - 1
+    for name in ("time", "control", "height", "slope"):
+        np.testing.assert_array_equal(getattr(whole, name)[k:], getattr(second, name))
+    for name, energy in whole.energies.items():
+        # (of the row at the kink itself one has what was taken, the other what is left)
+        np.testing.assert_array_equal(energy[k + 1 :], second.energies[name][1:])
+
+
 @pytest.mark.parametrize("kind", ["linear", "smooth"])
 def test_a_motion_that_is_gone_on_from_tells_its_own_instants(kind):
     """Times go on; a schedule, what it passes and its kinks are counted from where the motion went on."""

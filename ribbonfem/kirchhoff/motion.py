@@ -94,8 +94,8 @@ def simulate(
     initial: a `RestState` to begin at in place of the scene's `start`, or a `History` whose last instant is
         gone on from: time goes on, and dissipated energy and work.  Of the same model, mesh and ribbon; its
         clamps have to be where the scene's begin.  To the last bit the uninterrupted run where that has a
-        kink then; of "discrete-gradient" to some 1e-8 L.  What snaps is told by the equilibrium in which the
-        motion begins, where it begins in one (`History.snap`).
+        kink then.  What snaps is told by the equilibrium in which the motion begins, where it begins in one
+        (`History.snap`).
 
     Returns
     -------

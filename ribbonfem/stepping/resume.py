@@ -44,6 +44,11 @@ def require_history(
         has = ", ".join(f"{name}={value!r}" for name, value in own.items())
         refuse("initial", initial, f"its mesh has {has}; the same are needed")
     kept = initial.resume
+    if initial.scene.weight != scene.weight:
+        # the energies begin anew with the other weight's
+        clock = kept["clock"].copy()
+        clock[arrays.EXCESS] = 0.0
+        kept = {**kept, "clock": clock}
     return {**kept, _TURNING[model]: kept["turning"]} if "turning" in kept else kept
 
 

@@ -172,7 +172,9 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                 clock[WORK] += 0.5 * (clock[SPUN] + spin) * project(model, ramp, clock, True)
                 kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
-                if m.kind == MEAN and not first and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
+                # (a run that is gone on from has the balance of the one before)
+                known = not first or clock[EXCESS] != 0.0
+                if m.kind == MEAN and known and abs(excess - clock[EXCESS]) < 0.5 * kinetic:
                     # velocities that ring do not all fit the new one: the rest has their energy
                     clock[GAINED] = excess - clock[EXCESS]
                 else:
