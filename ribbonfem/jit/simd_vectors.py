@@ -84,72 +84,65 @@ def _negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0], flags=_FAST)
 
 
+def _indices(context: Any, builder: Any, kinds: Any, indices: Any) -> list[Any]:
+    places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
+    return [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
+
+
 def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
     """Where the four of an array's entry lie, as a pointer to a vector."""
-    struct = context.make_array(kinds[0])(context, builder, array)
-    places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
-    places = [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
+    places = _indices(context, builder, kinds, indices)
     if kinds[0].layout == "C":
         # the last axis has a length that the compiler may know: what differs by a known number of places is
         # then a known number of bytes away
+        struct = context.make_array(kinds[0])(context, builder, array)
         shape, place = cgutils.unpack_tuple(builder, struct.shape), places[0]
         for axis in range(1, len(places)):
             place = builder.add(builder.mul(place, shape[axis], flags=["nsw"]), places[axis], flags=["nsw"])
         return builder.gep(builder.bitcast(struct.data, _VECTOR.as_pointer()), [place], inbounds=True)
-    places.append(context.get_constant(types.intp, 0))
-    pointer = cgutils.get_item_pointer(context, builder, kinds[0], struct, places, wraparound=False)
-    return builder.bitcast(pointer, _VECTOR.as_pointer())
-
-
-@intrinsic
-def load(typing: Any, array: Any, indices: Any) -> Any:
-    """See `simd_arrays.load`."""
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_place(context, builder, sig.args, *args), align=8)
-
-    return LANES(array, indices), generate
-
-
-@intrinsic
-def store(typing: Any, array: Any, indices: Any, value: Any) -> Any:
-    """See `simd_arrays.store`."""
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        builder.store(args[2], _place(context, builder, sig.args, *args[:2]), align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, indices, value), generate
+    return _at(context, builder, kinds, array, [*places, context.get_constant(types.intp, 0)])
 
 
 def _from(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
     """A pointer to the vector that begins with an array's number at these indices."""
+    return _at(context, builder, kinds, array, _indices(context, builder, kinds, indices))
+
+
+def _at(context: Any, builder: Any, kinds: Any, array: Any, places: list[Any]) -> Any:
     struct = context.make_array(kinds[0])(context, builder, array)
-    places = cgutils.unpack_tuple(builder, indices, len(kinds[1]))
-    places = [context.cast(builder, p, k, types.intp) for p, k in zip(places, kinds[1], strict=True)]
     pointer = cgutils.get_item_pointer(context, builder, kinds[0], struct, places, wraparound=False)
     return builder.bitcast(pointer, _VECTOR.as_pointer())
 
 
-@intrinsic
-def load_from(typing: Any, array: Any, indices: Any) -> Any:
-    """See `simd_arrays.load_from`."""
+def _loading(place: Any) -> Any:
+    """What loads the four at a place; see `simd_arrays`."""
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_from(context, builder, sig.args, *args), align=8)
+    @intrinsic
+    def load(typing: Any, array: Any, indices: Any) -> Any:
+        def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.load(place(context, builder, sig.args, *args), align=8)
 
-    return LANES(array, indices), generate
+        return LANES(array, indices), generate
+
+    return load
 
 
-@intrinsic
-def store_from(typing: Any, array: Any, indices: Any, value: Any) -> Any:
-    """See `simd_arrays.store_from`."""
+def _storing(place: Any) -> Any:
+    """What stores the four at a place; see `simd_arrays`."""
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        builder.store(args[2], _from(context, builder, sig.args, *args[:2]), align=8)
-        return context.get_dummy_value()
+    @intrinsic
+    def store(typing: Any, array: Any, indices: Any, value: Any) -> Any:
+        def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            builder.store(args[2], place(context, builder, sig.args, *args[:2]), align=8)
+            return context.get_dummy_value()
 
-    return types.void(array, indices, value), generate
+        return types.void(array, indices, value), generate
+
+    return store
+
+
+load, store = _loading(_place), _storing(_place)
+load_from, store_from = _loading(_from), _storing(_from)
 
 
 @intrinsic
