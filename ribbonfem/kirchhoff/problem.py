@@ -185,11 +185,12 @@ class Statics:
 
     def linearise(self, state: Frames, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
-        residual, column, *parts, negative = self.assembled(state, parameter)
+        residual, column, basis, *parts, negative = self.assembled(state, parameter)
+        factorised = tuple(parts)
 
         def solve(right: Array) -> Array:
             x = np.ascontiguousarray(right.reshape(len(right), -1))
-            return np.asarray(kernels.solved(*parts, x)).reshape(right.shape)
+            return np.asarray(kernels.solved(basis, factorised, x)).reshape(right.shape)
 
         # three negative eigenvalues belong to the multipliers
         return Linearisation(residual, column, solve, negative - 3)

@@ -18,6 +18,8 @@ from ribbonfem.results import Array
 from ..jit.decorator import compiled
 from ..jit.simd import WIDTH, load_from, spread, store_from, summed
 
+# band, border and corner of a matrix, and what `factored` makes of them but the number of negative pivots
+Factorised = tuple[Array, Array, Array, Array, Array, Array, NDArray[np.int64]]
 # Numbers after a row, so that four at a time may be read, and written back as they were, beyond its last.
 _SPARE = WIDTH - 1
 # A residual over the right-hand side above which a solution is refined.
@@ -173,17 +175,9 @@ def factored(band: Array, border: Array, corner: Array) -> tuple[Array, Array, A
 
 
 @compiled(allocates=True, fastmath={"contract"})
-def solution(
-    band: Array,
-    border: Array,
-    corner: Array,
-    factors: Array,
-    rows: Array,
-    last: Array,
-    reach: Array,
-    right: Array,
-) -> Array:
+def solution(parts: Factorised, right: Array) -> Array:
     """As `solved`, for compiled code."""
+    band, border, corner, factors, rows, last, reach = parts
     k, n = border.shape
     out = np.empty_like(right)
     x, end = np.zeros((1, n + _SPARE)), np.empty(k)
@@ -217,18 +211,9 @@ def solution(
 
 
 @compiled(allocates=True, fastmath={"contract"})
-def solved(
-    band: Array,
-    border: Array,
-    corner: Array,
-    factors: Array,
-    rows: Array,
-    last: Array,
-    reach: Array,
-    right: Array,
-) -> Array:
+def solved(parts: Factorised, right: Array) -> Array:
     """The solution (n + k, m) for right-hand sides (n + k, m), refined where that is needed."""
-    return solution(band, border, corner, factors, rows, last, reach, right)
+    return solution(parts, right)
 
 
 class Arrow:
@@ -249,7 +234,7 @@ class Arrow:
         border = np.zeros((0, len(band))) if border is None else border
         corner = np.zeros((len(border), len(border))) if corner is None else corner
         *factors, negative = factored(band, border, corner)
-        self._parts = (band, border, corner, *factors)
+        self._parts: Any = (band, border, corner, *factors)
         self.negative = int(negative)
 
     @classmethod
@@ -262,4 +247,4 @@ class Arrow:
     def solve(self, right: Array) -> Array:
         """Solve for right-hand sides (n + k,) or (n + k, m)."""
         b = np.ascontiguousarray(right.reshape(len(right), -1), dtype=np.float64)
-        return np.asarray(solved(*self._parts, b)).reshape(right.shape)
+        return np.asarray(solved(self._parts, b)).reshape(right.shape)

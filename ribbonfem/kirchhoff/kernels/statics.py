@@ -18,7 +18,7 @@ import numpy as np
 from ribbonfem.jit.algebra import Quaternion, Value, Vector, dot
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import WIDTH, increase, load, spread, store
-from ribbonfem.linalg.banded import factors_of, solution
+from ribbonfem.linalg.banded import Factorised, factors_of, solution
 from ribbonfem.results import Array
 
 from .batch import INLINED, force_at, gather
@@ -297,22 +297,12 @@ def linearised(
 
 
 @compiled(allocates=True)
-def solved(
-    basis: Array,
-    band: Array,
-    border: Array,
-    corner: Array,
-    factors: Array,
-    rows: Array,
-    last: Array,
-    reach: Array,
-    right: Array,
-) -> Array:
+def solved(basis: Array, parts: Factorised, right: Array) -> Array:
     """As `banded.solved`, of vectors (4 m + 3, k) of quaternions and the force."""
     along = np.empty((3 * (basis.shape[0] - 2) + 3, right.shape[1]))
     to_increments(basis, right, along)
     result = np.empty_like(right)
-    to_quaternions(basis, solution(band, border, corner, factors, rows, last, reach, along), result)
+    to_quaternions(basis, solution(parts, along), result)
     return result
 
 
