@@ -72,8 +72,8 @@ def instabilities_from(
 def _as_instabilities(
     rod: Rod, events: tuple[Event[RodState], ...], steps: Steps, options: dict[str, Any]
 ) -> tuple[Instability, ...]:
-    of = {"model": "der", "options": options}
-    return tuple(instability_of(Statics(rod), event, rod.scene, steps, of) for event in events)
+    problem, of = Statics(rod), {"model": "der", "options": options}
+    return tuple(instability_of(problem, event, rod.scene, steps, of) for event in events)
 
 
 @checked

@@ -260,11 +260,15 @@ class Scene:
         """The mean height of both clamps, in L: what the ribbon's is measured from."""
         return 0.5 * (self.preset.get("lift", 0.0) + self.drives.lift * control)
 
+    @property
+    def one_clamp(self) -> bool:
+        """Whether one clamp turns, and nothing else moves or acts at rest."""
+        return self.drive in ("left", "right") and not self.dressed
+
     @cached_property
     def usual(self) -> bool:
         """Whether one clamp turns at a constant rate, and nothing else moves, acts or retards."""
-        plain = not self.dressed and self.ribbon.retardation == 0.0 and self.schedule is None
-        return plain and self.drive in ("left", "right")
+        return self.one_clamp and self.ribbon.retardation == 0.0 and self.schedule is None
 
     @cached_property
     def weight(self) -> tuple[float, float, float]:

@@ -23,6 +23,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from compare.quantities.measure import require_monotone
 from ribbonfem import Scene, SceneError, elastica
 from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
 from ribbonfem.results import control_text
@@ -83,10 +84,7 @@ def choose(scene: Scene, tolerance: float, quantity: str = "snap", *, motion: bo
             # a height, or a slope, that is zero at rest is crossed by rounding
             there = " and ".join(letters)
             refuse("quantity", quantity, f"needs a start with {there} in its name, not {scene.start!r}")
-    if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
-        refuse(
-            "quantity", quantity, "the control turns back, so that it has a value twice: ask for 'snap time'"
-        )
+    require_monotone(scene, quantity)
     if flag("motion", motion):
         choice("quantity", quantity, tuple(CROSSINGS))
         scene.require_stop()

@@ -31,7 +31,7 @@ _SLOPE = 0.3
 
 def is_plain(scene: Scene) -> bool:
     """Whether one clamp turns from a US state, and nothing else acts at rest: z -> -z gives more states."""
-    return not scene.dressed and scene.drive in ("left", "right") and len(scene.start) == 4
+    return scene.one_clamp and len(scene.start) == 4
 
 
 def _met(scene: Scene, model: str, mesh: Mapping[str, Any]) -> str:

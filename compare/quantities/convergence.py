@@ -22,7 +22,7 @@ import numpy as np
 from compare.limits import ROUNDING, Limit, Value, richardson, root_mean_square
 from ribbonfem import Scene
 from ribbonfem.frozen import called_later, html_table
-from ribbonfem.options import OptionError, a_scene, number, positive, refuse, whole_number
+from ribbonfem.options import OptionError, a_scene, number, positive, whole_number
 from ribbonfem.results import Array
 from ribbonfem.results import Value as Record
 from ribbonfem.scene import shown
@@ -38,6 +38,7 @@ from .measure import (
     mesh_of,
     name_of,
     order_of,
+    require_monotone,
     require_options,
     size_of,
     unknowns,
@@ -229,10 +230,7 @@ def convergence(
         label = str(getattr(quantity, "__name__", "quantity"))
         result = Quantity(label, _timed(quantity), function)
     elif isinstance(quantity, str) and quantity in QUANTITIES:
-        if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
-            refuse(
-                "quantity", quantity, "the control turns back, so that it tells no instant: 'snap time' does"
-            )
+        require_monotone(scene, quantity)
         result, label = QUANTITIES[quantity], quantity
         function = _function_of(result, scene)
     else:

@@ -284,6 +284,12 @@ def _crossing(quantity: str, time_of: bool = False) -> Measure:
     return measure
 
 
+def require_monotone(scene: Scene, quantity: str) -> None:
+    """Raise an `OptionError` where the control turns back, so that its value tells no instant of a snap."""
+    if quantity in ("snap", "first snap") and scene.schedule is not None and not scene.schedule.monotone:
+        refuse("quantity", quantity, "the control turns back, so that it tells no instant: 'snap time' does")
+
+
 def require_moving(history: History, time: float, quantity: str) -> None:
     """Raise an `OptionError` where the control stands still at an instant that its value is to tell.
 

@@ -227,10 +227,8 @@ def _ramp_events(
     seeking = False
     # the curve may wander far back before it reaches the next stable sheet
     ends = (-scene.reach_towards(-1.0), scene.reach_towards(1.0))
-    whole = (
-        trace(problem, point, ends, steps) if far is not None else as_far(problem, point, ends, scene, steps)
-    )
-    for segment in whole:
+    follow = trace if far is not None else partial(as_far, scene=scene)
+    for segment in follow(problem, point, ends, steps=steps):
         if seeking:
             reached = result[-1].point
             beyond = [sign * (p.parameter - reached.parameter) for p in (segment.start, segment.end)]

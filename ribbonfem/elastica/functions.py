@@ -50,8 +50,7 @@ def _folds(
     """
     if scene.ribbon.one_stiffness:
         return _in_plane(problem, start, scene, steps)
-    plain = scene.drive in ("left", "right") and not scene.dressed
-    if plain:
+    if scene.one_clamp:
         result = _in_plane(problem, start, scene, steps)
         # the state at the fold tells of all before it
         if not result or not out_of_plane.OutOfPlane(problem, scene.ribbon).index(result[0].point.state):
@@ -76,8 +75,7 @@ def _in_plane(
     A clamp that is turned against its beam meets one, beyond which the beam is on the other side.
     """
     limit = 2.0 * math.pi if scene.furthest is None else abs(scene.furthest)
-    plain = scene.drive in ("left", "right") and not scene.dressed
-    if plain and scene.direction * problem.side > 0.0:
+    if scene.one_clamp and scene.direction * problem.side > 0.0:
         point = first_point(problem, start, 0.0, scene.direction)
         for segment in trace(problem, point, (-limit, limit), steps):
             if segment.end.index or segment.events:

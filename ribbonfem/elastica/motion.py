@@ -5,7 +5,7 @@ from __future__ import annotations
 from ribbonfem.continuation import equilibrium
 from ribbonfem.delay import scene_departure
 from ribbonfem.delay.departure import ESCAPE_UNTIL
-from ribbonfem.options import checked, options_given, refuse
+from ribbonfem.options import checked, options_given
 from ribbonfem.results import History, RestState, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import Control
@@ -65,8 +65,7 @@ def simulate(
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, methods=ALL_METHODS)
     scene.require_stop()
-    if control.method.mean and scene.ribbon.retardation > 0.0:
-        refuse("method", method, "takes elastic moments only, and Ribbon.retardation is not 0")
+    control.require_elastic(method, scene)
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initial_states.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}

@@ -28,7 +28,7 @@ import numpy as np
 from ribbonfem.continuation.curves import steps_for
 from ribbonfem.continuation.saddles import lowest_saddle
 from ribbonfem.ends import moving
-from ribbonfem.options import checked, options_given, refuse, require_duration
+from ribbonfem.options import checked, options_given, require_duration
 from ribbonfem.results import History, RestState, snaps_since
 from ribbonfem.scene import Scene
 from ribbonfem.stepping.control import LARGEST_TURN, Control
@@ -114,8 +114,7 @@ def simulate(
         If no step converges, or if the energy grows from nowhere; what was reached is its `history`.
     """
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, UNTIL, ALL_METHODS)
-    if control.method.mean and scene.ribbon.retardation > 0.0:
-        refuse("method", method, "is of elastic moments alone, and Ribbon.retardation is not 0")
+    control.require_elastic(method, scene)
     mesh = checked_mesh(elements, extensible)
     nodes = P * mesh["elements"] + 1 if configurations else 0
     row = 8.0 * (arrays.ROW_SIZE + 6 * nodes)

@@ -67,8 +67,7 @@ def folds(
     """
     problem, start = named(scene, elements, degree)
     of: dict[str, Any] = {"model": "quasilinear", "scene": scene, "options": problem.options}
-    plain = scene.drive in ("left", "right") and not scene.dressed
-    if steps is not None or not plain:
+    if steps is not None or not scene.one_clamp:
         result = ramp_folds(problem, start, _within_reach(scene), steps)
         return tuple(as_fold(problem, event.point, **of) for event in result)
     fold = Fold(*problem.fold(), **of)

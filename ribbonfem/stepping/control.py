@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from ribbonfem.ends import moving
-from ribbonfem.options import OptionError, choice, local_error, positive
+from ribbonfem.options import OptionError, choice, local_error, positive, refuse
 from ribbonfem.results import DEPARTED
 from ribbonfem.scene import Scene
 from ribbonfem.tableaus import Tableau
@@ -81,6 +81,11 @@ class Control:
             tolerance,
             choice("until", until, untils),
         )
+
+    def require_elastic(self, method: object, scene: Scene) -> None:
+        """Refuse a material that damps where the method takes the mean of forces along a step."""
+        if self.method.mean and scene.ribbon.retardation > 0.0:
+            refuse("method", method, "takes elastic moments only, and Ribbon.retardation is not 0")
 
 
 def ramp_of(
