@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -35,9 +36,9 @@ def between(
     are so long that a cubic through four rows would be off by ten times what the method is.  Where there are
     no rates it is that cubic.  Behind a kink nothing of what is before it is used but its value.
     """
-    if rates is None or not np.isfinite(rates[max(k - 2, 0) : k + 1]).all():
+    if rates is None or not all(map(math.isfinite, rates[max(k - 2, 0) : k + 1].tolist())):
         rows = _around(time, k)
-        return _newton(time[rows], values[rows])
+        return _newton(time[rows].tolist(), values[rows].tolist())
     rows = [k - 1, k]
     if k - 1 not in kinks:
         if k >= 2 and time[k - 1] - time[k - 2] > LEAST * (time[k] - time[k - 1]):
@@ -45,8 +46,8 @@ def between(
     elif k + 1 < len(time) and k not in kinks:
         rows.append(k + 1)
     # twice where the rate is of this side
-    twice = np.array([row for row in rows for _ in range(1 if row == k - 1 and row in kinks else 2)])
-    return _newton(time[twice], values[twice], rates[twice])
+    twice = [row for row in rows for _ in range(1 if row == k - 1 and row in kinks else 2)]
+    return _newton(time[twice].tolist(), values[twice].tolist(), rates[twice].tolist())
 
 
 def root(
@@ -85,22 +86,22 @@ def _around(time: Array, k: int) -> list[int]:
     return rows
 
 
-def _newton(x: Array, y: Array, slopes: Array | None = None) -> Callable[[float], float]:
+def _newton(x: list[float], y: list[float], slopes: list[float] | None = None) -> Callable[[float], float]:
     """The polynomial through (x, y), by divided differences; a node that is repeated takes the slope too."""
-    differences = np.array(y, dtype=float)
+    differences = list(y)
     for order in range(1, len(x)):
-        gaps = x[order:] - x[:-order]
-        rise = differences[order:] - differences[order - 1 : -1]
-        if order == 1 and slopes is not None:
-            same = gaps == 0.0
-            differences[order:] = np.where(same, slopes[1:], rise / np.where(same, 1.0, gaps))
-        else:
-            differences[order:] = rise / gaps
+        for i in range(len(x) - 1, order - 1, -1):
+            gap = x[i] - x[i - order]
+            if gap == 0.0:
+                differences[i] = slopes[i] if slopes is not None else math.nan
+            else:
+                differences[i] = (differences[i] - differences[i - 1]) / gap
+    inner = list(zip(differences[-2::-1], x[-2::-1], strict=True))
 
     def value(t: float) -> float:
         result = differences[-1]
-        for c, node in zip(differences[-2::-1], x[-2::-1], strict=True):
+        for c, node in inner:
             result = result * (t - node) + c
-        return float(result)
+        return result
 
     return value

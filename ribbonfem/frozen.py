@@ -30,6 +30,10 @@ class Frozen(dict[K, V]):
         return hash(frozenset((name, _key(value)) for name, value in self.items()))
 
 
+# types of which a value is read-only all through
+_READ_ONLY = (float, int, str, bool, Frozen)
+
+
 def _unwritten(array: Any) -> Any:
     """An array that nobody can write to: itself, if that holds all through its memory, or a copy."""
     owner = array
@@ -42,34 +46,30 @@ def _unwritten(array: Any) -> Any:
     return array
 
 
-def freeze(array: Any) -> Any:
-    """An array whose maker keeps no hold of it: read-only in place, so that no result need copy it."""
-    owner = array
-    while isinstance(owner, np.ndarray):
-        owner.flags.writeable = False
-        owner = owner.base
-    return array
+def freeze(value: Any) -> Any:
+    """Arrays, and mappings of them, that their maker keeps no hold of: read-only in place, not copied."""
+    if isinstance(value, np.ndarray):
+        owner: Any = value
+        while isinstance(owner, np.ndarray):
+            owner.flags.writeable = False
+            owner = owner.base
+    elif isinstance(value, Mapping):
+        return Frozen({name: freeze(item) for name, item in value.items()})
+    return value
 
 
 def _frozen(value: Any) -> Any:
     """A field of a result, read-only: arrays, and mappings and sequences of them all through."""
-    if value is None or type(value) in (float, int, str, bool):
+    kind = type(value)
+    if value is None or kind in _READ_ONLY:
         # (to ask whether it is a mapping takes longer)
         return value
-    if isinstance(value, np.ndarray):
+    if kind is np.ndarray or isinstance(value, np.ndarray):
         return _unwritten(value)
-    if isinstance(value, Mapping):
+    if kind is dict or isinstance(value, Mapping):
         return Frozen({name: _frozen(item) for name, item in value.items()})
     if type(value) in (list, tuple):
         return tuple(_frozen(item) for item in value)
-    return value
-
-
-def _handed(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return freeze(value)
-    if isinstance(value, Mapping):
-        return {name: _handed(item) for name, item in value.items()}
     return value
 
 
@@ -113,7 +113,7 @@ class Value:
     def __setstate__(self, state: dict[str, Any]) -> None:
         # from a pickle: nobody else holds these arrays
         for name, value in state.items():
-            object.__setattr__(self, name, _frozen(_handed(value)))
+            object.__setattr__(self, name, _frozen(freeze(value)))
 
     @property
     def policy(self) -> Any:

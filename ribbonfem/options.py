@@ -190,6 +190,10 @@ def call_of_a_scene(function: Callable[P, T]) -> Callable[P, T]:
 def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any]]) -> Callable[P, T]:
     signature = inspect.signature(function)
     taken = tuple(signature.parameters)
+    by_name: Callable[..., T] = function
+    of = signature.parameters.values()
+    places = tuple(parameter.name for parameter in of if parameter.kind is parameter.POSITIONAL_OR_KEYWORD)
+    needed = {parameter.name for parameter in of if parameter.default is parameter.empty}
     checks = {name: known[name] for name in taken if name in known}
     defaults = {
         name: parameter.default
@@ -205,16 +209,20 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
                 raise KeywordError(
                     f"{name} = {shown(value)}: {what} has no such keyword; it takes {', '.join(taken)}"
                 )
-        try:
-            given = signature.bind(*args, **kwargs)
-        except TypeError as error:
-            raise KeywordError(f"{what}: {error}; it takes {', '.join(taken)}") from None
-        for name, value in given.arguments.items():
+        given: dict[str, Any] = dict(zip(places, args, strict=False))
+        if len(given) < len(args) or given.keys() & kwargs or needed - given.keys() - kwargs.keys():
+            # (Python says what is wrong; to ask it always takes longer than all checks)
+            try:
+                signature.bind(*args, **kwargs)
+            except TypeError as error:
+                raise KeywordError(f"{what}: {error}; it takes {', '.join(taken)}") from None
+        given |= kwargs
+        for name, value in given.items():
             if name in checks:
-                given.arguments[name] = checks[name](name, value)
-        token = _given.set({name: given.arguments.get(name, usual) for name, usual in defaults.items()})
+                given[name] = checks[name](name, value)
+        token = _given.set({**defaults, **{name: given[name] for name in given if name in defaults}})
         try:
-            return function(*given.args, **given.kwargs)
+            return by_name(**given)
         finally:
             _given.reset(token)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .frozen import freeze
+from .frozen import Frozen, freeze
 from .options import MOST_STEPS
 from .results import Array, History, RestState
 from .row_buffer import RowBuffer
@@ -59,7 +59,7 @@ def reactions_in(rows: Array, first: int, initial: RestState | History | None) -
     return freeze(reactions)
 
 
-def shapes_of(configurations: Sequence[Array], second: str, per_second: float) -> dict[str, Array]:
+def shapes_of(configurations: Sequence[Array], second: str, per_second: float) -> Frozen[str, Array]:
     """Configurations of rows, by names: positions, what else, and velocities by their unit.
 
     NaN as unit: velocities that ring from step to step are those of no motion, and are left out.
@@ -69,7 +69,8 @@ def shapes_of(configurations: Sequence[Array], second: str, per_second: float) -
         named.pop("velocities", None)
     elif "velocities" in named:
         named["velocities"] *= per_second
-    return {name: freeze(shape) for name, shape in named.items()}
+    frozen: Frozen[str, Array] = freeze(named)
+    return frozen
 
 
 class Rows:

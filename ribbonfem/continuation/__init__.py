@@ -10,6 +10,7 @@ from .corrector import (
     equilibrium,
     first_point,
     parameter_weight,
+    solution,
 )
 from .tracing import Event, Segment, at_parameter, switch, trace
 
@@ -26,6 +27,7 @@ __all__ = [
     "equilibrium",
     "first_point",
     "parameter_weight",
+    "solution",
     "switch",
     "trace",
 ]

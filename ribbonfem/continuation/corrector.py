@@ -27,12 +27,12 @@ State = TypeVar("State")
 PARAMETER_WEIGHT = 0.0225
 # a length counts as it is, and a force of 30 EI2/L^2 as 1 rad
 _LENGTH_WEIGHT, _FORCE_WEIGHT = 1.0, PARAMETER_WEIGHT / 30.0**2
+_CONTROL_WEIGHTS = np.array([PARAMETER_WEIGHT] * 4 + [_LENGTH_WEIGHT] * 3 + [_FORCE_WEIGHT])
 
 
 def parameter_weight(moved: Array) -> float:
     """The weight of a parameter that moves controls (8,) by so much (`ribbonfem.drive`): the largest."""
-    weights = np.array([PARAMETER_WEIGHT] * 4 + [_LENGTH_WEIGHT] * 3 + [_FORCE_WEIGHT])
-    return float((weights * moved**2).max())
+    return float((_CONTROL_WEIGHTS * moved**2).max())
 
 
 @dataclass(frozen=True)
@@ -199,11 +199,15 @@ def norm(problem: Problem[State], increment: Array, change: float) -> float:
 def equilibrium(
     problem: Problem[State], state: State, parameter: float, *, newton: int = 30, tolerance: float = 1e-9
 ) -> tuple[State, Linearisation]:
-    """Newton at a fixed parameter from a good guess.
+    """`solution`, with the linearisation at it."""
+    state = solution(problem, state, parameter, newton=newton, tolerance=tolerance)
+    return state, problem.linearise(state, parameter)
 
-    Returns
-    -------
-    The state and the linearisation at it.
+
+def solution(
+    problem: Problem[State], state: State, parameter: float, *, newton: int = 30, tolerance: float = 1e-9
+) -> State:
+    """The equilibrium that Newton finds at a fixed parameter from a good guess.
 
     Raises
     ------
@@ -219,7 +223,7 @@ def equilibrium(
             break
         state = problem.advance(state, increment, parameter)
         if size < tolerance:
-            return state, problem.linearise(state, parameter)
+            return state
     raise SolverError(
         f"no equilibrium found at parameter {parameter:.6g}: Newton's last increment was {size:.3g} "
         f"(needed: {tolerance:g} within {newton} iterations); start from a closer guess"

@@ -14,7 +14,7 @@ from ribbonfem.options import OptionError
 from ribbonfem.results import MESH, Array, Branch, Fold, Instability, SolverError, control_text
 from ribbonfem.scene import Ribbon, Scene
 
-from .corrector import Point, Problem, State, Steps, equilibrium, first_point
+from .corrector import Point, Problem, State, Steps, first_point, solution
 from .tracing import Event, Segment, at_parameter, switch, trace
 
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
@@ -281,7 +281,7 @@ def _along(problem: Problem[State], event: Event[State], further: float) -> tupl
     parameter = point.parameter + further
     guess = problem.advance(point.state, further * along, parameter)
     try:
-        return equilibrium(problem, guess, parameter)[0], parameter
+        return solution(problem, guess, parameter), parameter
     except SolverError:
         return None
 

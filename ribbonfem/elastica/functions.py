@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ribbonfem.continuation import Event, Steps, equilibrium, first_point, trace
+from ribbonfem.continuation import Event, Steps, first_point, solution, trace
 from ribbonfem.continuation.curves import (
     as_fold,
     instability_of,
@@ -184,7 +184,7 @@ def frequencies(scene: Scene, *, count: int = 6, elements: int = AT_REST, extens
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    return vibrations(problem, equilibrium(problem, start, scene.begin)[0], count)
+    return vibrations(problem, solution(problem, start, scene.begin), count)
 
 
 @checked
@@ -194,7 +194,7 @@ def state(scene: Scene, *, elements: int = AT_REST, extensible: bool = False) ->
     Parameters and errors as in `folds`.
     """
     problem, start = named(scene, elements, extensible)
-    return rest_state(problem, equilibrium(problem, start, scene.begin)[0], scene)
+    return rest_state(problem, solution(problem, start, scene.begin), scene)
 
 
 @checked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation import solution
 from ribbonfem.continuation.initial import followed
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, RIGHT
 from ribbonfem.jit.groups import in_groups
@@ -90,7 +90,7 @@ def _at_rest(problem: Statics, scene: Scene, state: RestState) -> Array:
     _require_fit(problem, scene, (phi[0], phi[-1]), (place[-1, 0], place[-1, 1]))
     # an equilibrium of these elements, under the loads that held it
     held = Statics(state.scene, problem.elements, problem.extensible)
-    result, _ = equilibrium(held, _State(phi, state.force[[0, 2]], state.control), state.control)
+    result = solution(held, _State(phi, state.force[[0, 2]], state.control), state.control)
     return at_rest(held, result)
 
 

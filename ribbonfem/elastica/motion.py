@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation import solution
 from ribbonfem.delay import scene_departure
 from ribbonfem.delay.departure import ESCAPE_UNTIL
 from ribbonfem.options import checked, options_given
@@ -68,7 +68,7 @@ def simulate(
     control.require_elastic(method, scene)
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
-        begin = {"u": initial_states.at_rest(problem, equilibrium(problem, start, scene.begin)[0])}
+        begin = {"u": initial_states.at_rest(problem, solution(problem, start, scene.begin))}
         began, rest = 0.0, None
     else:
         problem = Statics(scene, elements, extensible)

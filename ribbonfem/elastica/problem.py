@@ -69,8 +69,10 @@ class Mesh:
     nodes: (elements, P + 1) numbers of each element's nodes.
     lumps: (P + 1,) masses of an element's nodes; mass: (nodes,) of all.
     weights: (P,); coupling: (P, P + 1), weights times derivatives of the shape functions; bending:
-        (P + 1, P + 1), int N_i' N_j', of an element.
+        (P + 1, P + 1), int N_i' N_j', of an element; partial: (P + 1, P), by which an integral over it grows.
     middle: (elements, P + 1), by which nodal values are one at midspan.
+    weight: (unknowns,) of a change in an arclength of states: 1 rad all along weighs as much as a turn of the
+        clamp by 1 rad.
     """
 
     tables: LineTables
@@ -80,7 +82,9 @@ class Mesh:
     weights: Array
     coupling: Array
     bending: Array
+    partial: Array
     middle: Array
+    weight: Array
 
 
 @lru_cache(maxsize=32)
@@ -95,7 +99,18 @@ def mesh_of(elements: int) -> Mesh:
     middle = np.zeros((elements, P + 1))
     middle[(elements - 1) // 2] = interpolation_at(P, 1.0 if elements % 2 == 0 else 0.5)
     mass = np.asarray(np.bincount(nodes.ravel(), np.tile(lumps, elements)), dtype=np.float64)
-    return Mesh(tables, nodes, lumps, mass, weights, coupling, coupling.T @ tables.slope[0], middle)
+    return Mesh(
+        tables,
+        nodes,
+        lumps,
+        mass,
+        weights,
+        coupling,
+        bending=coupling.T @ tables.slope[0],
+        partial=tables.partial / elements,
+        middle=middle,
+        weight=np.append(PARAMETER_WEIGHT * mass[1:-1], np.zeros(2)),
+    )
 
 
 @lru_cache(maxsize=32)
@@ -109,6 +124,11 @@ def carried_of(elements: int) -> tuple[Array, Array]:
         nodal[0] -= 1.0
         load[elements // 2] = np.linalg.lstsq(mesh.coupling.T, nodal, rcond=None)[0]
     return 1.0 - points, load
+
+
+@lru_cache(maxsize=32)
+def _nothing_carried(elements: int) -> Array:
+    return np.zeros((elements, P, 6))
 
 
 class Statics:
@@ -131,9 +151,8 @@ class Statics:
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
-        # a change of 1 rad all along weighs as much as a turn of the clamp by 1 rad
-        self.weight = np.append(PARAMETER_WEIGHT * self.mass[1:-1], np.zeros(2))
-        self._fixed, self._moves = self._carry()
+        self.weight = mesh.weight
+        self._carried = self._carry() if self.rig.loaded else _nothing_carried(count)
         self._arrays = (
             mesh.tables.value,
             mesh.weights,
@@ -148,20 +167,16 @@ class Statics:
         """(nodes,) s/L of the nodes whose positions are handed out."""
         return self.tables.nodes
 
-    def _carry(self) -> tuple[Array, Array]:
-        """n by the loads and the natural curvature, (elements, P, 3), at parameter 0, and their changes."""
+    def _carry(self) -> Array:
+        """n by the loads and the natural curvature at parameter 0, and their changes, (elements, P, 6)."""
         rig = self.rig
         by_weight, by_push = carried_of(self.elements)
-        both = np.zeros((2, self.elements, P, 3))
-        for table, share, push in zip(both, rig.share, (rig.controls[PUSH], rig.moves[PUSH]), strict=True):
+        carried = np.zeros((self.elements, P, 6))
+        for k, share, push in zip((0, 3), rig.share, (rig.controls[PUSH], rig.moves[PUSH]), strict=True):
             if share:
-                table[:, :, :2] = by_weight[:, :, None] * (share * rig.weight)
-                table[:, :, 2] = share * rig.curvature
-            table[:, :, 1] -= push * by_push
-        return both[0], both[1]
-
-    def _carried(self, parameter: float) -> Array:
-        carried: Array = self._fixed + parameter * self._moves
+                carried[:, :, k : k + 2] = by_weight[:, :, None] * (share * rig.weight)
+                carried[:, :, k + 2] = share * rig.curvature
+            carried[:, :, k + 1] -= push * by_push
         return carried
 
     def controls(self, parameter: float) -> Array:
@@ -170,12 +185,14 @@ class Statics:
 
     def force(self, state: _State) -> Array:
         """n (elements, P, 2) at the Gauss points."""
-        force: Array = state.force + self._carried(state.at)[:, :, :2]
+        carried = self._carried
+        force: Array = state.force + carried[:, :, :2] + state.at * carried[:, :, 3:5]
         return force
 
     def natural(self, state: _State) -> Array:
         """phi' (elements, P) without a moment at the Gauss points."""
-        return self._carried(state.at)[:, :, 2]
+        natural: Array = self._carried[:, :, 2] + state.at * self._carried[:, :, 5]
+        return natural
 
     def start(self) -> _State:
         """The buckled beam at alpha = 0: Euler's clamped elastica, less of it where the beam stretches."""
@@ -195,9 +212,8 @@ class Statics:
     def linearise(self, state: _State, parameter: float) -> Linearisation:
         """Residual, its derivative in the parameter, and the factorised tangent."""
         moves, controls = self.rig.moves, self.controls(parameter)
-        carried = np.concatenate((self._carried(parameter), self._moves), axis=2)
         residual, column, *parts, negative = kernels.linearised(
-            state.phi, state.force, carried, *self._arrays
+            state.phi, state.force, float(parameter), self._carried, *self._arrays
         )
         residual[-2] += self.chord - controls[COMPRESSION]
         residual[-1] += controls[LIFT]
@@ -237,7 +253,7 @@ class Statics:
         ends = control_rate * self.rig.moves
         phi = np.concatenate(([-ends[LEFT]], velocity[:-2], [ends[RIGHT]]))
         at_points = phi[self.nodes] @ self.tables.value.T
-        longer = c * np.sum(tangent * (velocity[-2:] + control_rate * self._moves[:, :, :2]), axis=2)
+        longer = c * np.sum(tangent * (velocity[-2:] + control_rate * self._carried[:, :, 3:5]), axis=2)
         moved = self.tables.integral(by_turn * at_points[:, :, None] + tangent * longer[:, :, None])
         return moved, by_turn, tangent
 
@@ -249,9 +265,8 @@ class Statics:
 
     def shape(self, state: _State) -> tuple[Array, Array]:
         """x and z (nodes,), by quadrature from the left clamp."""
-        _, cos, sin, tension, _ = self.section(state)
-        stretch = 1.0 + self.compliance * tension
-        x, z = self.tables.integral(np.stack((cos * stretch, sin * stretch), axis=2)).T
+        at, value, partial = float(state.at), self.mesh.tables.value, self.mesh.partial
+        x, z = kernels.shape(state.phi, state.force, at, self._carried, value, partial, self.compliance)
         return x, z
 
     def at_middle(self, field: Array) -> float:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ribbonfem.continuation import equilibrium
+from ribbonfem.continuation import solution
 from ribbonfem.continuation.loading import brought_on
 from ribbonfem.options import flag
 from ribbonfem.results import Array, RestState
@@ -34,7 +34,7 @@ def named(scene: Scene, elements: int, extensible: bool) -> tuple[Statics, _Stat
     above = scene.compression - scene.ribbon.euler_shortening if extensible else np.inf
     if above < 1e-3 * scene.compression and not scene.dressed:
         # this close a mesh may be below its own Euler's load
-        height = problem.observe(equilibrium(problem, start, 0.0)[0], 0.0)[0]
+        height = problem.observe(solution(problem, start, 0.0), 0.0)[0]
         if not problem.side * height > 0.1 * above**0.5:
             raise SceneError(
                 f"Scene.compression = {scene.compression!r}: so close above Euler's load, "

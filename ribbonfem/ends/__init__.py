@@ -7,8 +7,10 @@ rotation from the unturned clamp's frame: Ry(left) Rx(twist_left) and Ry(-right)
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,27 +153,26 @@ def moving(scene: Scene, largest: float = 1.0, began: float = 0.0, part: float =
     times, pieces, kinks = scene.motion
     if began:
         times, kinks = tuple(began + x for x in times), tuple(began + x for x in kinks)
-    table = np.array(pieces)
-    first = np.searchsorted(times, kinks, side="right") - 1
-    reached = np.array([_value(times, pieces, instant) for instant in kinks])
-    longest = np.array(
-        [
-            _longest(times, table, int(first[k]), int(first[k + 1]), ends.moved, largest)
-            for k in range(len(kinks) - 1)
-        ]
-    )
-    longest = np.minimum(longest, np.where(np.isfinite(longest), part * np.diff(kinks), np.inf))
+    first = [bisect_right(times, instant) - 1 for instant in kinks]
+    # steps, in a unit of the control, of what it moves most
+    most = float(np.max(np.abs(ends.moved) / _LARGEST)) / largest
+    steps = [most * _speed(times, pieces, a, b) for a, b in pairwise(first)]
+    # (at rest steps are as long as they may)
+    longest = [
+        min(1.0 / count, part * (after - before)) if count > 0.0 else math.inf
+        for count, (before, after) in zip(steps, pairwise(kinks), strict=True)
+    ]
     return kernels.Ends(
         fixed=ends.fixed,
         moved=ends.moved,
         chord=ends.chord,
         weight=ends.weight,
         times=np.array(times),
-        pieces=table,
+        pieces=np.array(pieces),
         kinks=np.array(kinks),
-        first=first.astype(np.int64),
-        reached=reached,
-        longest=longest,
+        first=np.array(first, dtype=np.int64),
+        reached=np.array([_value(times, pieces, instant) for instant in kinks]),
+        longest=np.array(longest),
     )
 
 
@@ -196,21 +197,18 @@ def held(scene: Scene, control: float, duration: float, began: float = 0.0) -> k
 
 def _value(times: tuple[float, ...], pieces: tuple[tuple[float, ...], ...], instant: float) -> float:
     """The control at a kink: as its next polynomial has it."""
-    k = min(int(np.searchsorted(times, instant, side="right")) - 1, len(pieces) - 1)
+    k = min(bisect_right(times, instant) - 1, len(pieces) - 1)
     return pieces[k][0] if times[k] == instant else float(np.polyval(pieces[k][::-1], instant - times[k]))
 
 
-def _longest(
-    times: tuple[float, ...], pieces: Array, first: int, last: int, moved: Array, largest: float
-) -> float:
-    """The longest step between two kinks: what changes most changes by its `_LARGEST`; inf at rest."""
+def _speed(times: tuple[float, ...], pieces: tuple[tuple[float, ...], ...], first: int, last: int) -> float:
+    """The largest speed of the control from one piece to another."""
     speed = 0.0
     for k in range(first, max(last, first + 1)):
-        if not pieces[k, 2:].any():
-            speed = max(speed, abs(float(pieces[k, 1])))
+        if not any(pieces[k][2:]):
+            speed = max(speed, abs(pieces[k][1]))
             continue
         length = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         at = np.linspace(0.0, length, 9)
-        speed = max(speed, float(np.abs(np.polyval(np.polyder(pieces[k, ::-1]), at)).max()))
-    share = float(np.max(np.abs(moved) / _LARGEST)) * speed
-    return largest / share if share > 0.0 else math.inf
+        speed = max(speed, float(np.abs(np.polyval(np.polyder(np.array(pieces[k][::-1])), at)).max()))
+    return speed

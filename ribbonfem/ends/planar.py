@@ -11,7 +11,7 @@ from ribbonfem.results import Array
 from ribbonfem.scene import Scene
 
 from . import Ends
-from .planar_kernels import CONTROLS, PLACES
+from .planar_kernels import CONTROLS, PLACES, PUSH
 
 _PLACED = list(PLACES)
 
@@ -46,6 +46,12 @@ class Rig:
         """In the share of all that acts where the control is at `begin`."""
         controls = self.controls + begin * self.moves
         return Rig(np.zeros(CONTROLS), controls, self.weight, self.curvature, (0.0, 1.0))
+
+    @property
+    def loaded(self) -> bool:
+        """Whether there is a weight, a natural curvature or a force at midspan, at some parameter."""
+        pushed = self.controls[PUSH] or self.moves[PUSH]
+        return bool(pushed or self.weight.any() or self.curvature.any())
 
     def at(self, parameter: float) -> Array:
         """(CONTROLS,) at a value of the parameter."""

@@ -156,7 +156,7 @@ class Loop:
             control=columns[1],
             height=columns[2],
             slope=columns[arrays.SLOPE],
-            energies=dict(zip(ENERGIES, columns[KINETIC:LOAD], strict=True)),
+            energies=freeze(dict(zip(ENERGIES, columns[KINETIC:LOAD], strict=True))),
             configurations=kept,
             load=columns[LOAD],
             arclength=self.arclength,
@@ -173,7 +173,7 @@ class Loop:
             options=options,
             model="kirchhoff",
             steps=freeze(steps),
-            resume={name: value.copy() for name, value in self.motion._asdict().items()} | law,
+            resume=freeze({name: value.copy() for name, value in self.motion._asdict().items()} | law),
             reactions=reactions,
             rest=rest,
         )

@@ -23,6 +23,7 @@ from ribbonfem.continuation import (
     Steps,
     equilibrium,
     first_point,
+    solution,
     switch,
     trace,
 )
@@ -115,7 +116,7 @@ def _beginning(problem: Statics, limit: float, tolerance: float) -> Point[Frames
     first = first_point(lifted, start, 0.0, 1.0)
     shear = min(0.02 * most_shear(compression), 0.5 * limit)
     guess = lifted.advance(first.state, first.direction * (shear / first.rate), shear)
-    state, _ = equilibrium(lifted, guess, shear)
+    state = solution(lifted, guess, shear)
     return first_point(problem, state, shear, 1.0)
 
 
@@ -191,7 +192,7 @@ def merged(problem: Statics, tip: Point[Frames], limit: float) -> Point[Frames]:
         # stiff ribbons ask for a closer guess
         shear = min(limit, tip.parameter + past * np.sqrt(problem.compression))
         try:
-            state, _ = equilibrium(even, guess, shear)
+            state = solution(even, guess, shear)
             break
         except SolverError:
             if past == 0.001:
@@ -391,7 +392,7 @@ def _start_of(scene: Scene, elements: int, extensible: bool) -> Frames:
         state = sheared_back(state)
     problem = in_control(scene, elements, extensible)
     try:
-        settled, _ = equilibrium(problem if family == "US" else Symmetric(problem, family), state, 0.0)
+        settled = solution(problem if family == "US" else Symmetric(problem, family), state, 0.0)
     except SolverError:
         settled = state
     # at a fork it is as near to equilibrium as it can be told, and Newton goes to its image or nowhere

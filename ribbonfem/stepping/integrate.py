@@ -26,6 +26,7 @@ import numpy as np
 
 from ribbonfem.ends import held as held_ends
 from ribbonfem.ends import moving
+from ribbonfem.frozen import freeze
 from ribbonfem.options import require_duration
 from ribbonfem.results import Array
 from ribbonfem.row_buffer import some_steps
@@ -167,6 +168,6 @@ def integrate(
             "seconds": seconds,
         },
         problem=full or problem_of(status, scene, control),
-        resume=beam.kept(),
+        resume=freeze(beam.kept()),
         rings=control.method.mean,
     )

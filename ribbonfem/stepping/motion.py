@@ -69,7 +69,7 @@ class Motion:
             control=angle,
             height=height,
             slope=whole[:, -1],
-            energies=dict(zip(ENERGIES, energies, strict=True)),
+            energies=freeze(dict(zip(ENERGIES, energies, strict=True))),
             configurations=shapes_of(shapes, "curvature", math.nan if self.rings else 1.0 / second),
             load=load,
             arclength=arclength,

@@ -18,6 +18,7 @@ from .beam import P
 def _assemble(
     phi: Array,
     force: Array,
+    parameter: float,
     carried: Array,
     beam: tuple[Array, Array, Array, Array, float],
     ends: Array,
@@ -29,7 +30,8 @@ def _assemble(
     ----------
     phi: (nodes,) angles.
     force: (2,), n at the right clamp.
-    carried: (elements, P, 6), n by the loads and the natural curvature, and their changes with the parameter.
+    carried: (elements, P, 6), n by the loads and the natural curvature at parameter 0, and their changes with
+        it.
     beam: value, weights, coupling, bending and compliance, see `beam.Beam`.
     ends: (2,) changes of phi of the left and of the right clamp with the parameter.
     filled: what is filled: band (m, P + 1), band[i, d] = A[i + d, i], of the m inner angles; border (2, m);
@@ -54,7 +56,9 @@ def _assemble(
                 angle += value[k, i] * phi[first + 1 + i]
                 bent += coupling[k, i] * phi[first + 1 + i]
             cos, sin, weight = math.cos(angle), math.sin(angle), weights[k]
-            nx, nz = force[0] + carried[e, k, 0], force[1] + carried[e, k, 1]
+            more_x, more_z, more_bent = carried[e, k, 3], carried[e, k, 4], carried[e, k, 5]
+            nx = force[0] + carried[e, k, 0] + parameter * more_x
+            nz = force[1] + carried[e, k, 1] + parameter * more_z
             tension, shear = nx * cos + nz * sin, nz * cos - nx * sin
             stretch = weight * (1.0 + compliance * tension)
             axial = weight * compliance
@@ -66,9 +70,8 @@ def _assemble(
             corner[0, 0] -= axial * cos * cos
             corner[0, 1] -= axial * cos * sin
             corner[1, 1] -= axial * sin * sin
-            moment = bent / weight - carried[e, k, 2]
+            moment = bent / weight - carried[e, k, 2] - parameter * more_bent
             # of loads that change with the parameter
-            more_x, more_z = carried[e, k, 3], carried[e, k, 4]
             more_moment = bx * more_x + bz * more_z
             longer = axial * (cos * more_x + sin * more_z)
             column[inner] -= longer * cos
@@ -78,7 +81,7 @@ def _assemble(
                 by_x, by_z = value[k, i] * bx, value[k, i] * bz
                 if 0 <= a < inner:
                     residual[a] += coupling[k, i] * moment - value[k, i] * stretch * shear
-                    column[a] += value[k, i] * more_moment - coupling[k, i] * carried[e, k, 5]
+                    column[a] += value[k, i] * more_moment - coupling[k, i] * more_bent
                     border[0, a] += by_x
                     border[1, a] += by_z
                     for j in range(i, P + 1):
@@ -110,6 +113,7 @@ def _assemble(
 def linearised(
     phi: Array,
     force: Array,
+    parameter: float,
     carried: Array,
     value: Array,
     weights: Array,
@@ -123,6 +127,43 @@ def linearised(
     band, border, corner = np.empty((inner, P + 1)), np.empty((2, inner)), np.empty((2, 2))
     residual, column = np.empty(inner + 2), np.empty(inner + 2)
     beam = value, weights, coupling, bending, compliance
-    _assemble(phi, force, carried, beam, ends, (band, border, corner, residual, column))
+    _assemble(phi, force, parameter, carried, beam, ends, (band, border, corner, residual, column))
     factors, rows, last, reach, negative = factors_of(band, border, corner)
     return residual, column, band, border, corner, factors, rows, last, reach, negative
+
+
+@compiled(allocates=True, **OPTIONS)
+def shape(
+    phi: Array,
+    force: Array,
+    parameter: float,
+    carried: Array,
+    value: Array,
+    partial: Array,
+    compliance: float,
+) -> tuple[Array, Array]:
+    """x and z (nodes,), the integral of r' = t (1 + c n . t) from the left clamp.
+
+    `partial` (P + 1, P): `LineTables.partial` of an element's length; the others as in `_assemble`.
+    """
+    x, z = np.empty(phi.shape[0]), np.empty(phi.shape[0])
+    x[0] = z[0] = 0.0
+    along, up = np.empty(P), np.empty(P)
+    for e in range(carried.shape[0]):
+        first = e * P
+        for k in range(P):
+            angle = 0.0
+            for i in range(P + 1):
+                angle += value[k, i] * phi[first + i]
+            cos, sin = math.cos(angle), math.sin(angle)
+            nx = force[0] + carried[e, k, 0] + parameter * carried[e, k, 3]
+            nz = force[1] + carried[e, k, 1] + parameter * carried[e, k, 4]
+            tension = nx * cos + nz * sin
+            along[k], up[k] = cos * (1.0 + compliance * tension), sin * (1.0 + compliance * tension)
+        for i in range(1, P + 1):
+            dx = dz = 0.0
+            for k in range(P):
+                dx += partial[i, k] * along[k]
+                dz += partial[i, k] * up[k]
+            x[first + i], z[first + i] = x[first] + dx, z[first] + dz
+    return x, z
