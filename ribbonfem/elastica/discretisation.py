@@ -121,10 +121,14 @@ class MovingBeam:
         law = {name: getattr(self.model.beam, name).copy() for name in LAW}
         return {name: value.copy() for name, value in self.model.motion._asdict().items()} | law
 
-    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocity."""
-        positions, curvature, velocities, slope = (of[:count] for of in self._rows)
-        return slope, positions, curvature, velocities
+    def slopes(self, count: int) -> Array:
+        """(rows,) of the last rows."""
+        return self._rows[3][:count]
+
+    def shapes(self, count: int) -> tuple[Array, Array, Array]:
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
+        positions, curvature, velocities, _ = (of[:count] for of in self._rows)
+        return positions, curvature, velocities
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""

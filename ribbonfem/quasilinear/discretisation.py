@@ -84,13 +84,17 @@ class MovingBeam:
         """What it goes on from."""
         return {name: value.copy() for name, value in self.model.motion._asdict().items()}
 
-    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocity."""
+    def slopes(self, count: int) -> Array:
+        """(rows,) of the last rows."""
+        slope = self.problem.scale * np.sum(self._dofs[:count] * self.problem.mesh.middle[1], axis=1)
+        return np.asarray(slope / np.hypot(1.0, slope))
+
+    def shapes(self, count: int) -> tuple[Array, Array, Array]:
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
         dofs, rates = self._dofs[:count], self._rates[:count]
-        mesh, scale, compression = self.problem.mesh, self.problem.scale, self.problem.compression
-        slope = scale * np.sum(dofs * mesh.middle[1], axis=1)
-        shapes, velocities = mesh.shapes(dofs, compression), mesh.velocities(dofs, rates, compression)
-        return slope / np.hypot(1.0, slope), shapes, scale * (mesh.bend @ dofs.T).T, velocities
+        mesh, compression = self.problem.mesh, self.problem.compression
+        curvature = self.problem.scale * (mesh.bend @ dofs.T).T
+        return mesh.shapes(dofs, compression), curvature, mesh.velocities(dofs, rates, compression)
 
     def run(self, ramp: Ramp, rows: Array) -> int:
         """Go on until the end, or until the rows are full."""

@@ -72,8 +72,12 @@ class Moving(Protocol):
         """What it goes on from, by names."""
         ...
 
-    def observed(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Of the last rows slopes (rows,), positions (rows, nodes, 3), curvature (rows, nodes), velocity."""
+    def slopes(self, count: int) -> Array:
+        """(rows,) of the last rows."""
+        ...
+
+    def shapes(self, count: int) -> tuple[Array, Array, Array]:
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
         ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:
@@ -154,8 +158,8 @@ def integrate(
         clock[kernels.ROWS] = 0.0
         status = beam.run(ramp, rows)
         count = int(clock[kernels.ROWS])
-        slope, *shapes = beam.observed(count)
-        kept.append(np.column_stack((rows[:count], slope)), *shapes[: 3 * configurations])
+        shapes = beam.shapes(count) if configurations else ()
+        kept.append(np.column_stack((rows[:count], beam.slopes(count))), *shapes)
         full = kept.full
     seconds = time.perf_counter() - began
     return Motion(
