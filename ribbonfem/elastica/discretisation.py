@@ -126,7 +126,7 @@ class MovingBeam:
         return self._rows[3][:count]
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:
-        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes), velocities as positions."""
         positions, curvature, velocities, _ = (of[:count] for of in self._rows)
         return positions, curvature, velocities
 

@@ -20,8 +20,8 @@ from .kernels.beam import P
 from .problem import Statics
 
 ELEMENTS, TOLERANCE = 8, 3e-5
-# where one clamp alone turns a beam compressed by no more than this, fewer leave as little: 9e-6 rad of a fold
-# at .3, 2e-6 at .2; their four are one step of SIMD, and take half the time of 8
+# where one clamp alone turns a beam compressed by no more than this, fewer leave as little (9e-6 rad of a
+# fold at .3, 2e-6 at .2) in half the time: their four are one step of SIMD
 _FEW, _LIGHTLY = 4, 0.3
 
 
@@ -54,8 +54,8 @@ def simulate(
     Parameters
     ----------
     scene: a planar scene with a `stop` or a `schedule`.
-    elements: of degree 5, at least 4; errors fall as elements^-10.  By default those of `initial`; 4 where one
-        clamp alone turns a beam compressed by at most .3 and nothing else acts; 8 elsewhere.
+    elements: of degree 5, at least 4; errors fall as elements^-10.  By default those of `initial`; 4 where
+        one clamp alone turns a beam compressed by at most .3 and nothing else acts; 8 elsewhere.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method, step, spectral_radius, every: as in `kirchhoff.simulate`.
     tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 3e-6 rad in a snap's angle in

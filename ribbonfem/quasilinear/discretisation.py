@@ -12,7 +12,7 @@ from ribbonfem.stepping.kernels import KINK, STEPS, Ramp, Scheme
 from ribbonfem.stepping.kernels.guess import CLOCK_SIZE
 
 from .kernels import beam, loop
-from .mesh import ENDS, mesh_of
+from .mesh import ENDS, Mesh, mesh_of
 from .problem import Statics, _State
 
 
@@ -23,13 +23,21 @@ def _matrices(elements: int, degree: int) -> tuple[beam.Matrix, beam.Matrix, bea
     n = mesh.count
     stiffness, tension, mass = (
         beam.Matrix(
-            band=np.ascontiguousarray(mesh.band(whole)),
-            ends=np.ascontiguousarray(whole[n:, :n]),
+            band=beam.padded(_diagonals(mesh, whole), n),
+            ends=beam.padded(whole[n:, :n], n),
             corner=np.ascontiguousarray(whole[n:, n:]),
         )
         for whole in (mesh.stiffness, mesh.tension, mesh.mass)
     )
+    mass.band[mesh.width, n:] = 1.0
     return stiffness, tension, mass
+
+
+def _diagonals(mesh: Mesh, matrix: Array) -> Array:
+    """(2 w + 1, n) of the free dofs' part, [w + d, i] = A[i, i + d]."""
+    lower, w = mesh.band(matrix), mesh.width
+    upper = [np.append(np.zeros(d), lower[d, : mesh.count - d]) for d in range(w, 0, -1)]
+    return np.concatenate((np.reshape(upper, (w, mesh.count)), lower))
 
 
 def discretised(problem: Statics) -> beam.Beam:
@@ -40,10 +48,10 @@ def discretised(problem: Statics) -> beam.Beam:
         stiffness=stiffness,
         tension=tension,
         mass=mass,
-        middle=mesh.middle[0].copy(),
-        height=mesh.height[: mesh.count].copy(),
-        weight=problem.weight_load,
-        bent=problem.bent,
+        middle=beam.padded(mesh.middle[0], mesh.count),
+        height=beam.padded(mesh.height[: mesh.count], mesh.count),
+        weight=beam.padded(problem.weight_load, mesh.count),
+        bent=beam.padded(problem.bent, mesh.count),
         own=problem.own,
         scale=problem.scale,
         retardation=problem.scene.ribbon.retardation / problem.unit,
@@ -55,10 +63,11 @@ def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
     n = problem.mesh.count
     ends = np.zeros((3, ENDS))
     ends[0] = state.z[n:]
-    still, clock = np.zeros(n), np.zeros(CLOCK_SIZE)
+    z, clock = beam.padded(state.z[:n], n), np.zeros(CLOCK_SIZE)
+    still = np.zeros_like(z)
     clock[KINK] = 1.0
     return {
-        "z": state.z[:n],
+        "z": z,
         "v": still,
         "a": still,
         "auxiliary": still,
@@ -77,7 +86,7 @@ class MovingBeam:
         self._dofs, self._rates = np.empty((2, rows, n + ENDS))
         motion = beam.Motion(**{name: value.copy() for name, value in begin.items()})
         self.clock = motion.clock
-        memory = beam.scratch(n, problem.mesh.width, scheme.stages)
+        memory = beam.scratch(len(motion.z), problem.mesh.width, scheme.stages)
         self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates)
 
     def kept(self) -> dict[str, Array]:
@@ -90,7 +99,7 @@ class MovingBeam:
         return np.asarray(slope / np.hypot(1.0, slope))
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:
-        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes), velocities as positions."""
         dofs, rates = self._dofs[:count], self._rates[:count]
         mesh, compression = self.problem.mesh, self.problem.compression
         curvature = self.problem.scale * (mesh.bend @ dofs.T).T

@@ -77,7 +77,7 @@ class Moving(Protocol):
         ...
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:
-        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes) and velocities as positions."""
+        """Of the last rows positions (rows, nodes, 3), curvature (rows, nodes), velocities as positions."""
         ...
 
     def run(self, ramp: kernels.Ramp, rows: Array) -> int:

@@ -1,87 +1,115 @@
-"""Products and L D L^T of symmetric bands kept by diagonals, [d, i] = A[i + d, i]."""
+"""Products and solutions of symmetric bands, four numbers at a time.
+
+Vectors have N places, a multiple of `WIDTH`, those without an unknown 0.  A band of half-width w is kept by
+its diagonals (2 w + 1, N), [w + d, i] = A[i, i + d], 0 beyond the matrix.  What it is multiplied with stands
+in a `wide` array, with w zeros before it and as many behind.
+"""
 
 from __future__ import annotations
 
 from ribbonfem.jit.decorator import compiled
-from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.jit.groups import INLINED, OPTIONS
+from ribbonfem.jit.simd import WIDTH, load_from, spread, store_from, summed
 from ribbonfem.results import Array
 
-
-@compiled(**OPTIONS)
-def add_product(band: Array, factor: float, x: Array, y: Array) -> None:
-    """y += factor A x."""
-    n = x.shape[0]
-    for i in range(n):
-        y[i] += factor * band[0, i] * x[i]
-    for d in range(1, band.shape[0]):
-        for i in range(n - d):
-            y[i] += factor * band[d, i] * x[i + d]
-        for i in range(n - d):
-            y[i + d] += factor * band[d, i] * x[i]
+# unknowns up to which the inverse of a matrix is made: a product takes a third of the time of a substitution,
+# in which each number waits for the one before
+FEW = 32
 
 
-@compiled(**OPTIONS)
-def add_three(
-    k: Array,
-    g: Array,
-    m: Array,
-    stiffening: float,
-    load: float,
-    z: Array,
-    more: Array,
-    rest: Array,
-    row: Array,
-) -> None:
-    """rest += (stiffening K - load G) z + M more, row += G z, of three bands at once."""
-    n = z.shape[0]
-    for i in range(n):
-        rest[i] += (stiffening * k[0, i] - load * g[0, i]) * z[i] + m[0, i] * more[i]
-        row[i] += g[0, i] * z[i]
-    for d in range(1, k.shape[0]):
-        for i in range(n - d):
-            rest[i] += (stiffening * k[d, i] - load * g[d, i]) * z[i + d] + m[d, i] * more[i + d]
-            row[i] += g[d, i] * z[i + d]
-        for i in range(n - d):
-            rest[i + d] += (stiffening * k[d, i] - load * g[d, i]) * z[i] + m[d, i] * more[i]
-            row[i + d] += g[d, i] * z[i]
-
-
-@compiled(**OPTIONS)
+@compiled(**INLINED)
 def dot(x: Array, y: Array) -> float:
     """x . y"""
-    total = 0.0
-    for i in range(x.shape[0]):
-        total += x[i] * y[i]
-    return total
+    total = spread(0.0)
+    for i in range(0, x.shape[0], WIDTH):
+        total += load_from(x, (i,)) * load_from(y, (i,))
+    return summed(total)
+
+
+@compiled(**INLINED)
+def widen(x: Array, wide: Array) -> None:
+    """Put x in the middle of a wide array."""
+    margin = (wide.shape[0] - x.shape[0]) // 2
+    for i in range(0, x.shape[0], WIDTH):
+        store_from(wide, (margin + i,), load_from(x, (i,)))
 
 
 @compiled(**OPTIONS)
-def factor(band: Array, pivots: Array) -> None:
-    """Overwrite a band (w + 1, n + w), zero beyond the matrix, by L of L D L^T, and pivots by 1 / D."""
-    n, width = pivots.shape[0], band.shape[0] - 1
+def add_product(band: Array, factor: float, wide: Array, y: Array) -> None:
+    """y += factor A x."""
+    for i in range(0, y.shape[0], WIDTH):
+        total = spread(0.0)
+        for d in range(band.shape[0]):
+            total += load_from(band, (d, i)) * load_from(wide, (i + d,))
+        store_from(y, (i,), load_from(y, (i,)) + factor * total)
+
+
+@compiled(**OPTIONS)
+def invert(a: Array) -> None:
+    """Overwrite a matrix (N, N) by its inverse."""
+    n = a.shape[0]
+    for p in range(n):
+        inverse = 1.0 / a[p, p]
+        a[p, p] = 1.0
+        for k in range(0, n, WIDTH):
+            store_from(a, (p, k), inverse * load_from(a, (p, k)))
+        for i in range(n):
+            if i != p:
+                share = a[i, p]
+                a[i, p] = 0.0
+                for k in range(0, n, WIDTH):
+                    store_from(a, (i, k), load_from(a, (i, k)) - share * load_from(a, (p, k)))
+
+
+@compiled(**OPTIONS)
+def factor(lower: Array, pivots: Array) -> None:
+    """Overwrite a band [d, i] = A[i + d, i] (w + 1, N + w) by L of L D L^T, and pivots by 1 / D."""
+    n, width = pivots.shape[0], lower.shape[0] - 1
     for i in range(n):
-        inverse = 1.0 / band[0, i]
+        inverse = 1.0 / lower[0, i]
         pivots[i] = inverse
         for d in range(1, width + 1):
-            share = band[d, i] * inverse
+            share = lower[d, i] * inverse
             for e in range(d, width + 1):
-                band[e - d, i + d] -= share * band[e, i]
+                lower[e - d, i + d] -= share * lower[e, i]
         for d in range(1, width + 1):
-            band[d, i] *= inverse
+            lower[d, i] *= inverse
 
 
 @compiled(**OPTIONS)
-def solve_both(band: Array, pivots: Array, x: Array, y: Array) -> None:
+def _substitute(lower: Array, pivots: Array, x: Array, y: Array) -> None:
     """Overwrite x and y by the solutions with the factors."""
-    n, width = pivots.shape[0], band.shape[0] - 1
+    n, width = pivots.shape[0], lower.shape[0] - 1
     for i in range(n):
         a, b = x[i], y[i]
         for d in range(1, min(width, n - 1 - i) + 1):
-            x[i + d] -= band[d, i] * a
-            y[i + d] -= band[d, i] * b
+            x[i + d] -= lower[d, i] * a
+            y[i + d] -= lower[d, i] * b
     for i in range(n - 1, -1, -1):
         a, b = x[i] * pivots[i], y[i] * pivots[i]
         for d in range(1, min(width, n - 1 - i) + 1):
-            a -= band[d, i] * x[i + d]
-            b -= band[d, i] * y[i + d]
+            a -= lower[d, i] * x[i + d]
+            b -= lower[d, i] * y[i + d]
         x[i], y[i] = a, b
+
+
+@compiled(**OPTIONS)
+def solve_both(factors: Array, pivots: Array, x: Array, y: Array, to_x: Array, to_y: Array) -> None:
+    """Solutions of x and of y: with the inverse (N, N), where there are no pivots, or with the factors."""
+    n = x.shape[0]
+    if pivots.shape[0] > 0:
+        for i in range(n):
+            to_x[i], to_y[i] = x[i], y[i]
+        _substitute(factors, pivots, to_x, to_y)
+        return
+    for i in range(0, n, WIDTH):
+        # (two sums each: one addition need not wait for another)
+        first, second, third, fourth = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+        for j in range(0, n, 2):
+            one, other = load_from(factors, (j, i)), load_from(factors, (j + 1, i))
+            first += x[j] * one
+            second += y[j] * one
+            third += x[j + 1] * other
+            fourth += y[j + 1] * other
+        store_from(to_x, (i,), first + third)
+        store_from(to_y, (i,), second + fourth)

@@ -2,8 +2,9 @@
 
 Heights are Z = z / L (dL/L)^(-1/2).  Unknowns are the free dofs z (n,) and the load sigma^2; the ends
 e = (Z, Z' at s = 0, Z, Z' at s = 1) are what the clamps do.  Of K, G and M, the matrices of int Z''^2,
-int Z'^2 and int Z^2, there is the band of the free dofs, [d, i] = A[i + d, i], the rows of the ends against
-them (4, n), and the ends' own (4, 4).
+int Z'^2 and int Z^2, there is the band of the free dofs (`bands`), the rows of the ends against them (4, N),
+and the ends' own (4, 4).  N is n, and places without a dof that make it a multiple of four: they have a mass
+and nothing else, and stay 0.
 """
 
 from __future__ import annotations
@@ -14,15 +15,18 @@ import numpy as np
 
 from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.references import by_reference
+from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
+
+from .bands import FEW
 
 ENDS = 4
 
 
 @by_reference
 class Matrix(NamedTuple):
-    """A symmetric matrix: band (w + 1, n), ends (4, n), corner (4, 4)."""
+    """A symmetric matrix: band (2 w + 1, N), ends (4, N), corner (4, 4)."""
 
     band: Array
     ends: Array
@@ -33,8 +37,8 @@ class Matrix(NamedTuple):
 class Beam(NamedTuple):
     """The discretisation, and what acts on it.
 
-    middle (n + 4,) makes Z at midspan of z and e; height (n,) is the largest value of each shape function;
-    weight and bent (n + 4,) are the loads of the weight along z and of the natural curvature, over
+    middle (N + 4,) makes Z at midspan of z and e; height (N,) is the largest value of each shape function;
+    weight and bent (N + 4,) are the loads of the weight along z and of the natural curvature, over
     (dL/L)^(1/2), which is `scale`; own, the energy of that curvature in the straight beam, over dL/L;
     retardation in t*.
     """
@@ -53,7 +57,7 @@ class Beam(NamedTuple):
 
 @by_reference
 class Motion(NamedTuple):
-    """State at the last accepted instant: z, v, a, auxiliary (n,); load (1,); ends (3, 4), e and rates."""
+    """State at the last accepted instant: z, v, a, auxiliary (N,); load (1,); ends (3, 4), e and rates."""
 
     z: Array
     v: Array
@@ -70,8 +74,9 @@ class Scratch(NamedTuple):
 
     z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
     stands against sigma z in the inertia; pulled, G e; loads, the forces of ends and loads on the free dofs;
-    row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; more, column:
-    (n,) of use for a moment, and jumps (4,); factors (w + 1, n + w) and pivots (n,), inverse;
+    row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; product, column:
+    (N,) of use for a moment, wide and wide_inertia (w + N + w,), and jumps (4,); factors (w + 1, N + w) and
+    pivots (N,), inverse, or in place of both the inverse (N, N);
     stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements.
     """
 
@@ -88,8 +93,10 @@ class Scratch(NamedTuple):
     row: Array
     rest: Array
     change: Array
-    more: Array
+    product: Array
     column: Array
+    wide: Array
+    wide_inertia: Array
     factors: Array
     pivots: Array
     stage_v: Array
@@ -114,8 +121,17 @@ class Moving(NamedTuple):
     row_v: Array
 
 
+def padded(table: Array, dofs: int) -> Array:
+    """A table (..., n) or (..., n + 4) of n dofs as (..., N) or (..., N + 4)."""
+    places = WIDTH * -(-dofs // WIDTH)
+    result = np.zeros((*table.shape[:-1], places + table.shape[-1] - dofs))
+    result[..., :dofs], result[..., places:] = table[..., :dofs], table[..., dofs:]
+    return result
+
+
 def scratch(count: int, width: int, stages: int) -> Scratch:
-    """Memory for so many free dofs, a half-bandwidth and a method."""
+    """Memory for so many places, a half-bandwidth and a method."""
+    few = count <= FEW
 
     def free(*shape: int) -> Array:
         return np.zeros((*shape, count))
@@ -134,10 +150,12 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         row=free(),
         rest=free(),
         change=np.zeros(1),
-        more=free(),
+        product=free(),
         column=free(),
-        factors=np.zeros((width + 1, count + width)),
-        pivots=free(),
+        wide=np.zeros(count + 2 * width),
+        wide_inertia=np.zeros(count + 2 * width),
+        factors=np.zeros((count, count) if few else (width + 1, count + width)),
+        pivots=np.zeros(0 if few else count),
         stage_v=free(stages),
         stage_a=free(stages),
         known_time=np.zeros(MEMORY),

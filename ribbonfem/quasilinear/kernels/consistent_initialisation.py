@@ -11,20 +11,18 @@ from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.stepping.kernels.newton import SIGMA
 
-from .bands import add_product, dot, factor, solve_both
+from .bands import add_product, dot, solve_both, widen
 from .beam import ENDS, Beam, Motion, Scratch
-from .stage import add_ends, at_end, put_loads, shortening, square
+from .stage import add_ends, at_end, factorise_sum, put_loads, shortening, square
 
 
 @compiled(**OPTIONS)
 def _bordered(t: Scratch, last: float) -> float:
     """Solve M x - row y = t.rest, row x = last with the factors; x in t.rest, y returned."""
+    solve_both(t.factors, t.pivots, t.rest, t.row, t.product, t.column)
+    y = (last - dot(t.row, t.product)) / dot(t.row, t.column)
     for i in range(t.rest.shape[0]):
-        t.column[i] = t.row[i]
-    solve_both(t.factors, t.pivots, t.rest, t.column)
-    y = (last - dot(t.row, t.rest)) / dot(t.row, t.column)
-    for i in range(t.rest.shape[0]):
-        t.rest[i] += y * t.column[i]
+        t.rest[i] = t.product[i] + y * t.column[i]
     return y
 
 
@@ -37,11 +35,9 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     """
     n = m.z.shape[0]
     m.clock[SIGMA] = 0.0
-    for d in range(t.factors.shape[0]):
-        for i in range(t.factors.shape[1]):
-            t.factors[d, i] = beam.mass.band[d, i] if i < n else 0.0
-    factor(t.factors, t.pivots)
-    square(beam.tension, m.z, t.ends[0], t.row)
+    factorise_sum(beam, t, 0.0, 0.0, 1.0)
+    square(beam.tension, m.z, t.ends[0], t)
+    copy(t.product, t.row)
     # M (v - v0) - G Z p = 0 on the free dofs, Z^T G v = the rate of the shortening
     jumps = t.jumps
     off = shortening(beam, t.controls, 1) - dot(t.row, m.v)
@@ -63,11 +59,13 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     # M (a + nu v) + K Z - sigma^2 G Z = loads, Z^T G a + v^T G v = the second rate of the shortening
     put_loads(beam, t, nu)
     copy(t.loads, t.rest)
-    add_product(beam.mass.band, -nu, m.v, t.rest)
-    add_product(beam.stiffness.band, -1.0, m.z, t.rest)
+    widen(m.z, t.wide)
+    add_product(beam.stiffness.band, -1.0, t.wide, t.rest)
+    widen(m.v, t.wide)
+    add_product(beam.mass.band, -nu, t.wide, t.rest)
     if beam.retardation > 0.0:
-        add_product(beam.stiffness.band, -beam.retardation, m.v, t.rest)
-    speed = square(beam.tension, m.v, t.ends[1], t.more)
+        add_product(beam.stiffness.band, -beam.retardation, t.wide, t.rest)
+    speed = square(beam.tension, m.v, t.ends[1], t)
     off = shortening(beam, t.controls, 2) - speed
     for c in range(ENDS):
         off -= at_end(beam.tension, c, m.z, t.ends[0]) * t.ends[2, c]

@@ -203,10 +203,10 @@ def _flowing(
     for c in range(1, ENDS):
         if ends[1, c] != 0.0:
             power += ends[1, c] * _held(model, c, z, v, a, load, ends, nu)
-    kinetic = 0.5 * square(beam.mass, v, ends[1], t.more)
+    kinetic = 0.5 * square(beam.mass, v, ends[1], t)
     lost = 2.0 * nu * kinetic
     if tau > 0.0:
-        lost += tau * square(beam.stiffness, v, ends[1], t.more)
+        lost += tau * square(beam.stiffness, v, ends[1], t)
     return kinetic, lost, power
 
 
@@ -226,7 +226,7 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
         z, v, a, load, ends = t.z, t.v, t.a, t.load[0], t.ends
     n = z.shape[0]
     kinetic, lost, power = _flowing(model, z, v, a, load, ends, nu)
-    elastic = 0.5 * square(beam.stiffness, z, ends[0], t.more) + beam.own
+    elastic = 0.5 * square(beam.stiffness, z, ends[0], t) + beam.own
     elastic -= dot(beam.bent[:n], z) + dot(beam.bent[n:], ends[0])
     potential = -(dot(beam.weight[:n], z) + dot(beam.weight[n:], ends[0]))
     return kinetic, elastic, potential, lost, power, load
@@ -236,16 +236,16 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
 def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
     """Height and velocity at midspan, and the dofs; of rows that are kept reactions."""
     y, middle = model.motion, model.beam.middle
-    n = y.z.shape[0]
+    n, unknowns = y.z.shape[0], model.row_z.shape[1] - ENDS
     height, velocity = dot(middle[:n], y.z), dot(middle[:n], y.v)
-    for k in range(n):
+    for k in range(unknowns):
         model.row_z[row, k] = y.z[k]
         model.row_v[row, k] = y.v[k]
     for c in range(ENDS):
         height += middle[n + c] * y.ends[0, c]
         velocity += middle[n + c] * y.ends[1, c]
-        model.row_z[row, n + c] = y.ends[0, c]
-        model.row_v[row, n + c] = y.ends[1, c]
+        model.row_z[row, unknowns + c] = y.ends[0, c]
+        model.row_v[row, unknowns + c] = y.ends[1, c]
     rows[row, HEIGHT], rows[row, VELOCITY] = height, velocity
     if rows[row, KEPT] == 0.0:
         return

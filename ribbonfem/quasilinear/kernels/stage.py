@@ -12,9 +12,10 @@ from __future__ import annotations
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
+from ribbonfem.jit.simd import WIDTH, greatest, larger, load_from, spread, store_from, summed
 from ribbonfem.results import Array
 
-from .bands import add_product, add_three, dot, factor, solve_both
+from .bands import add_product, dot, factor, invert, solve_both, widen
 from .beam import ENDS, Beam, Matrix, Moving, Scratch
 
 
@@ -37,7 +38,7 @@ def shortening(beam: Beam, controls: Array, which: int) -> float:
 
 @compiled(**INLINED)
 def add_ends(matrix: Matrix, factor: float, e: Array, y: Array) -> None:
-    """y (n,) += factor times the matrix's rows of the free dofs against the ends e (4,)."""
+    """y (N,) += factor times the matrix's rows of the free dofs against the ends e (4,)."""
     for c in range(ENDS):
         if e[c] != 0.0:
             for i in range(y.shape[0]):
@@ -54,13 +55,14 @@ def at_end(matrix: Matrix, c: int, z: Array, e: Array) -> float:
 
 
 @compiled(**OPTIONS)
-def square(matrix: Matrix, z: Array, e: Array, product: Array) -> float:
-    """(z, e) A (z, e); product (n,) becomes the free rows of A (z, e)."""
+def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
+    """(z, e) A (z, e); t.product (N,) becomes the free rows of A (z, e)."""
     for i in range(z.shape[0]):
-        product[i] = 0.0
-    add_product(matrix.band, 1.0, z, product)
-    add_ends(matrix, 1.0, e, product)
-    total = dot(z, product)
+        t.product[i] = 0.0
+    widen(z, t.wide)
+    add_product(matrix.band, 1.0, t.wide, t.product)
+    add_ends(matrix, 1.0, e, t.product)
+    total = dot(z, t.product)
     for c in range(ENDS):
         if e[c] != 0.0:
             total += e[c] * at_end(matrix, c, z, e)
@@ -89,60 +91,82 @@ def add_viscous_loads(beam: Beam, t: Scratch, b: float, f: float) -> None:
     share = f / b
     t.stiffening[0] = 1.0 + beam.retardation * share
     for i in range(t.loads.shape[0]):
-        t.more[i] = t.vp[i] - share * t.rp[i]
-    add_product(beam.stiffness.band, -beam.retardation, t.more, t.loads)
+        t.product[i] = t.vp[i] - share * t.rp[i]
+    widen(t.product, t.wide)
+    add_product(beam.stiffness.band, -beam.retardation, t.wide, t.loads)
 
 
 @compiled(**INLINED)
 def residual(model: Moving, sigma: float) -> None:
     """What is left over of (1) in t.rest, of (2) in t.change, and G Z in t.row."""
     beam, t = model.beam, model.scratch
-    n, load = t.z.shape[0], t.load[0]
-    for i in range(n):
-        t.row[i] = t.pulled[i]
-        t.more[i] = sigma * t.z[i] - t.known[i]
-        t.rest[i] = -load * t.pulled[i] - t.loads[i]
     k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
-    add_three(k, g, m, t.stiffening[0], load, t.z, t.more, t.rest, t.row)
+    load, stiffening = t.load[0], t.stiffening[0]
+    margin = k.shape[0] // 2
+    for i in range(0, t.z.shape[0], WIDTH):
+        z = load_from(t.z, (i,))
+        store_from(t.wide, (margin + i,), z)
+        # what the acceleration and damping make of it
+        store_from(t.wide_inertia, (margin + i,), sigma * z - load_from(t.known, (i,)))
+    twice = spread(0.0)
+    for i in range(0, t.z.shape[0], WIDTH):
+        pulled = load_from(t.pulled, (i,))
+        moment, row, inertia = spread(0.0), pulled, spread(0.0)
+        for d in range(k.shape[0]):
+            z = load_from(t.wide, (i + d,))
+            moment += load_from(k, (d, i)) * z
+            row += load_from(g, (d, i)) * z
+            inertia += load_from(m, (d, i)) * load_from(t.wide_inertia, (i + d,))
+        store_from(t.row, (i,), row)
+        store_from(t.rest, (i,), stiffening * moment - load * row + inertia - load_from(t.loads, (i,)))
+        twice += load_from(t.z, (i,)) * (row + pulled)
     corner = 0.0
     for c in range(ENDS):
         for d in range(ENDS):
             corner += t.ends[0, c] * beam.tension.corner[c, d] * t.ends[0, d]
-    length = 0.5 * (dot(t.z, t.row) + dot(t.z, t.pulled) + corner)
-    t.change[0] = length - shortening(beam, t.controls, 0)
+    t.change[0] = 0.5 * (summed(twice) + corner) - shortening(beam, t.controls, 0)
+
+
+@compiled(**OPTIONS)
+def factorise_sum(beam: Beam, t: Scratch, of_k: float, of_g: float, of_m: float) -> None:
+    """Factors, or the inverse, of a sum of the beam's matrices."""
+    k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
+    n, margin = k.shape[1], k.shape[0] // 2
+    t.factors[:] = 0.0
+    for d in range(margin + 1):
+        for i in range(n - d):
+            entry = of_k * k[margin + d, i] + of_g * g[margin + d, i] + of_m * m[margin + d, i]
+            if t.pivots.shape[0] > 0:
+                t.factors[d, i] = entry
+            else:
+                t.factors[i, i + d] = t.factors[i + d, i] = entry
+    if t.pivots.shape[0] > 0:
+        factor(t.factors, t.pivots)
+    else:
+        invert(t.factors)
 
 
 @compiled(**OPTIONS)
 def factorise(model: Moving, sigma: float) -> None:
-    """Factors of the band at the stage's load."""
-    beam, t = model.beam, model.scratch
-    n, load = t.z.shape[0], t.load[0]
-    for d in range(t.factors.shape[0]):
-        for i in range(n):
-            bent = t.stiffening[0] * beam.stiffness.band[d, i] - load * beam.tension.band[d, i]
-            t.factors[d, i] = bent + sigma * beam.mass.band[d, i]
-        for i in range(n, t.factors.shape[1]):
-            t.factors[d, i] = 0.0
-    factor(t.factors, t.pivots)
+    """Of the tangent at the stage's load."""
+    t = model.scratch
+    factorise_sum(model.beam, t, t.stiffening[0], -t.load[0], sigma)
 
 
 @compiled(**OPTIONS)
 def solve(model: Moving, sigma: float) -> float:
     """Increments of z and of the load in t.rest and t.change; the largest of a height."""
     t, height = model.scratch, model.beam.height
-    n = t.rest.shape[0]
-    for i in range(n):
-        t.column[i] = t.row[i]
-    solve_both(t.factors, t.pivots, t.rest, t.column)
+    solve_both(t.factors, t.pivots, t.rest, t.row, t.product, t.column)
     # A dz - row dload = -rest, row dz = -change
-    more = (dot(t.row, t.rest) - t.change[0]) / dot(t.row, t.column)
-    largest = 0.0
-    for i in range(n):
-        step = more * t.column[i] - t.rest[i]
-        t.rest[i] = step
-        largest = max(largest, height[i] * abs(step))
+    more = (dot(t.row, t.product) - t.change[0]) / dot(t.row, t.column)
+    largest = spread(0.0)
+    for i in range(0, t.rest.shape[0], WIDTH):
+        step = more * load_from(t.column, (i,)) - load_from(t.product, (i,))
+        store_from(t.rest, (i,), step)
+        largest = larger(largest, load_from(height, (i,)) * larger(step, -step))
     t.change[0] = more
-    return largest + 0.0 * more
+    return greatest(largest) + 0.0 * more
 
 
 @compiled(**INLINED)
