@@ -24,6 +24,6 @@ MODEL_INFO = ModelInfo(
     order=lambda options: 2.0 if _centred(options) else 1.0,
     # the length of an edge
     size=lambda options: 1.0 / (options["nodes"] - (2 if _centred(options) else 1)),
-    at_rest=lambda nodes: 4 * nodes - 15,
-    in_motion=lambda nodes: 4 * nodes - 15,
+    at_rest=lambda options: 4 * options["nodes"] - 15,
+    in_motion=lambda options: 4 * options["nodes"] - 15,
 )

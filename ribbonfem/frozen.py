@@ -107,8 +107,9 @@ class Value:
     """
 
     def __post_init__(self) -> None:
-        for item in fields(self):  # type: ignore[arg-type]
-            object.__setattr__(self, item.name, _frozen(getattr(self, item.name)))
+        own = vars(self)
+        for name, value in own.items():
+            own[name] = _frozen(value)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         # from a pickle: nobody else holds these arrays

@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 from .frozen import Frozen
+from .scene import Scene
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class ModelInfo:
     adaptive: those of them that have adaptive steps.
     order: of folds and snaps in the mesh, of the options.
     size: what goes to zero as the mesh is refined (L), of the options.
-    at_rest, in_motion: unknowns, of the mesh's number.
+    at_rest, in_motion: unknowns, of the options.
+    settled: the mesh of a motion of a scene, where the signature leaves it open.
     """
 
     name: str
@@ -35,8 +37,9 @@ class ModelInfo:
     adaptive: tuple[str, ...]
     order: Callable[[Mapping[str, Any]], float]
     size: Callable[[Mapping[str, Any]], float]
-    at_rest: Callable[[int], int]
-    in_motion: Callable[[int], int]
+    at_rest: Callable[[Mapping[str, Any]], int]
+    in_motion: Callable[[Mapping[str, Any]], int]
+    settled: Callable[[Scene], int] | None = None
 
     def __hash__(self) -> int:
         return hash((self.name, self.mesh))

@@ -82,8 +82,8 @@ MODEL = '''
         adaptive=(),
         order=lambda options: 1.0,
         size=lambda options: 1.0 / options["elements"],
-        at_rest=lambda elements: 0,
-        in_motion=lambda elements: 0,
+        at_rest=lambda options: 0,
+        in_motion=lambda options: 0,
     )
 
 

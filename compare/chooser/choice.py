@@ -20,8 +20,6 @@ The reference of all errors is the ribbon as it is stated: in three dimensions a
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from compare.quantities.measure import require_monotone
 from ribbonfem import Scene, SceneError, elastica
@@ -31,16 +29,13 @@ from ribbonfem.results import control_text
 from . import levels, predicted, refinement
 from .cost_laws import Laws, shipped
 from .refinement import CROSSINGS
-from .strategies import AtRest, Choice, Elements, Known, OneBeam, Slow
+from .strategies import AtRest, Choice, Elements, Known, Slow
 
 QUANTITIES = (*CROSSINGS, "fold")
 
 # Planar states are stable out of plane up to their fold, for dL/L up to the first number, if EI1/EI2 and
 # GJ/EI2 are at least the others: more stiffness only adds to the second variation.
 FLAT = (0.6, 20.0, 1.4)
-# The laws of single planar runs: by how much errors may exceed them between the scenes that were measured,
-# where a beam rings in another phase (1.8 was met), and the error (rad) of what they were measured against.
-_RINGING, _MEASURED_TO = 5.0, 2e-7
 # error of the tabulated planar fold, rad
 _TABULATED = 5e-6
 # steps of a rod above which the ribbon's fold and its delay are cheaper than a run, and their CPU seconds
@@ -168,16 +163,8 @@ def _fold(scene: Scene, tolerance: float, laws: Laws) -> Choice:
 
 
 def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
-    def chosen(
-        way: type[Choice],
-        model: str,
-        options: Mapping[str, Any],
-        error: float,
-        seconds: float,
-        reason: str,
-        value: float | None = None,
-    ) -> Choice:
-        return way(scene, "snap", tolerance, model, options, error, seconds, reason, value, motion)
+    def known(value: float | None, error: float, reason: str) -> Choice:
+        return Known(scene, "snap", tolerance, "prediction", {}, error, 1e-3, reason, value, motion)
 
     def refined(why: str) -> Choice:
         return _elements(scene, tolerance, "snap", f"planar, {why}", motion)
@@ -185,32 +172,20 @@ def _planar(scene: Scene, tolerance: float, motion: bool, laws: Laws) -> Choice:
     up, side = refinement.upward(scene), _side(scene)
     outside = "the ramp turns away from the fold" if up.rate < 0.0 else laws.planar.outside(up)
     if outside:
-        return refined(f"but {outside}, where no law was measured")
+        return refined(f"but {outside}, where no prediction was checked")
+    if motion:
+        return refined("and the motion is wanted")
     result = laws.planar.predict(up)
     stop = math.inf if scene.stop is None else abs(scene.stop)
-    known = f"predicted: the fold at {side * result.fold:.5f} and a delay of {result.delay:.2g} rad"
-    if not motion and result.error <= tolerance:
-        if result.angle + result.error < stop:
-            small = result.delay <= tolerance
-            reason = f"{known}, error {result.error:.1e}" + (
-                "; the delay itself is below the tolerance" if small else ""
-            )
-            return chosen(Known, "prediction", {}, result.error, 1e-3, reason, value=side * result.angle)
-        if result.angle - result.error > stop and scene.hold == 0.0:
-            reason = f"{known}: the ramp stops before it snaps"
-            return chosen(Known, "prediction", {}, 0.0, 1e-3, reason, value=None)
-    single = levels.alone(scene, tolerance)
-    cost = single.seconds if single else levels.seconds(scene, tolerance)
-    factor = 1.0 + (_RINGING - 1.0) * laws.planar.ringing_left(up, result.fold)
-    for beam in laws.planar.beam_runs:
-        error = factor * laws.planar.run_error(beam, up) + _MEASURED_TO
-        if error <= tolerance and laws.planar.seconds(beam) <= cost:
-            reason = f"a prediction has an error of {result.error:.1e}; " if not motion else "the motion: "
-            reason += f"planar and stable out of plane: {beam.elements} elements of the elastica, expected "
-            reason += f"error {error:.1e} rad"
-            rest = {"elements": beam.elements, "extensible": True, "tolerance": beam.tolerance}
-            return chosen(OneBeam, "elastica", rest, error, laws.planar.seconds(beam), reason)
-    return refined("to a tolerance below those of single runs whose error was measured")
+    if result.error > tolerance:
+        return refined(f"a prediction has an error of {result.error:.1e}")
+    parts = f"predicted: the fold at {side * result.fold:.5f} and a delay of {result.delay:.2g} rad"
+    if result.angle + result.error < stop:
+        small = "; the delay itself is below the tolerance" if result.delay <= tolerance else ""
+        return known(side * result.angle, result.error, f"{parts}, error {result.error:.1e}{small}")
+    if result.angle - result.error > stop and scene.hold == 0.0:
+        return known(None, 0.0, f"{parts}: the ramp stops before it snaps")
+    return refined("and it may stop before it snaps")
 
 
 def _elements(scene: Scene, tolerance: float, quantity: str, why: str, motion: bool) -> Choice:

@@ -12,9 +12,9 @@ Planar beams (t*, dL/L and c are all there is):
 * the delay of the snap over the normal form's prediction, on a grid of dL/L, rate and damping: the
   theory's own correction falls as rate^(1/5) and is far from negligible.  It does not
   depend on c;
-* the error of the prediction made of the two, and of runs on a few meshes, each at its tolerance.
+* the error of the prediction made of the two.
 
-Ribbons: medians, over scenes, of the estimated errors of meshes extrapolated in N^-2, and what the
+Rods of ribbons: medians, over scenes, of the estimated errors of meshes extrapolated in N^-2, and what the
 time integration errs by, over the rate.
 
 `ribbonfem calibrate` measures them anew and compares.
@@ -37,19 +37,6 @@ from ribbonfem import Scene
 from ribbonfem.delay import NormalForm, universal
 
 FILE = "cost_laws.json"
-
-
-@dataclass(frozen=True)
-class BeamRun:
-    """A run of a planar scene by the elastica: its elements and its tolerance (L)."""
-
-    elements: int
-    tolerance: float
-
-    @property
-    def key(self) -> str:
-        """Its name in the file of laws."""
-        return f"elastica {self.elements} {self.tolerance:.0e}"
 
 
 @dataclass(frozen=True)
@@ -147,30 +134,6 @@ class PlanarLaws:
         left = self.ringing_left(scene, form.angle)
         error = self.floor + self.ringing[0] * rate ** self.ringing[1] * left + self.ringing[2] * rate
         return Prediction(form.angle + ratio * delay, error, form.angle, ratio * delay)
-
-    @property
-    def beam_runs(self) -> tuple[BeamRun, ...]:
-        """The configurations whose errors were measured, the cheapest first."""
-        runs = self.data["runs"]["policies"]
-        return tuple(BeamRun(run["elements"], run["tolerance"]) for run in runs)
-
-    def seconds(self, beam: BeamRun) -> float:
-        """Median CPU seconds of a run of a configuration, on the machine that measured."""
-        runs = self.data["runs"]["policies"]
-        return float(next(run["seconds"] for run in runs if run["key"] == beam.key))
-
-    def run_error(self, beam: BeamRun, scene: Scene) -> float:
-        """Error of a run with a configuration: three times the largest at the corners of the scene's cell."""
-        compression, rate, damping, _ = beam_units(scene)
-        axes = self.data["runs"]["axes"]
-        corners = []
-        for value, name in ((compression, "compression"), (rate, "rate"), (damping, "damping")):
-            axis = np.array(axes[name])
-            k = int(np.clip(np.searchsorted(axis, value) - 1, 0, len(axis) - 2))
-            corners.append(slice(k, k + 2))
-        runs = self.data["runs"]["policies"]
-        error = np.array(next(run["error"] for run in runs if run["key"] == beam.key))
-        return 3.0 * float(error[tuple(corners)].max())
 
 
 class RibbonLaws:

@@ -12,7 +12,6 @@ import numpy as np
 import der
 from ribbonfem import Ribbon, Scene, SceneError, SolverError, elastica, kirchhoff
 
-from .cost_laws import BeamRun
 from .refinement import endless, vibrates
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -34,10 +33,10 @@ def planar_scene(compression: float, rate: float, damping: float, thickness: flo
     )
 
 
-def planar_snap(scene: Scene, beam: BeamRun) -> tuple[float, float]:
+def planar_snap(scene: Scene, elements: int, tolerance: float) -> tuple[float, float]:
     """Angle of the snap of a run, and its CPU seconds."""
     begin = time.process_time()
-    rest: dict[str, Any] = {"elements": beam.elements, "tolerance": beam.tolerance, "until": "snap"}
+    rest: dict[str, Any] = {"elements": elements, "tolerance": tolerance, "until": "snap"}
     history = elastica.simulate(scene, extensible=True, **rest)
     result = history.crossing()
     return (float("nan") if result is None else result[1]), time.process_time() - begin

@@ -13,7 +13,7 @@ from ribbonfem.results import Value
 
 from . import at_rest, levels, predicted, refinement
 from .cost_laws import shipped
-from .refinement import Run, Settled, endless
+from .refinement import Run, Settled
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -127,17 +127,6 @@ class AtRest(Choice):
         of: Callable[..., Any] = levels.MODELS[self.model].folds
         value, error, runs, _ = at_rest.folds(self.model, of, self.scene, self.tolerance)
         return Settled(value, error, False, runs, None)
-
-
-class OneBeam(Choice):
-    """A single run of a beam, whose error a law bounds."""
-
-    def settle(self) -> Settled:
-        """Run the beam until it snaps."""
-        options = {**self.options, "until": "snap"}
-        simulate: Callable[..., History] = levels.MODELS[self.model].simulate
-        run, history = refinement.timed(self.model, simulate, endless(self.scene), self.quantity, options)
-        return Settled(run.value, self.estimate, False, (run,), history)
 
 
 class Elements(Choice):

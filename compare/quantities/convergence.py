@@ -283,7 +283,10 @@ def convergence(
         seconds=np.array(seconds),
         dofs=tuple(
             unknowns(
-                name, {**mesh_of(name, options), **({key: v} if key in MESHES else {})}, function != "folds"
+                name,
+                {**mesh_of(name, options), **({key: v} if key in MESHES else {})},
+                scene,
+                function != "folds",
             )
             for v in values
         ),

@@ -80,15 +80,16 @@ def mesh_of(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in options.items() if key in mesh and key != "steps"}
 
 
-def unknowns(name: str, options: Mapping[str, Any], dynamic: bool) -> int:
+def unknowns(name: str, options: Mapping[str, Any], scene: Scene, dynamic: bool) -> int:
     """Degrees of freedom of a model at rest or in motion, with the defaults for what is not given.
 
     At rest: free dofs and multipliers.  In motion elements have positions and forces too.
     """
     declared = MODEL_INFO[name]
     full = {**defaults_of(name, "simulate" if dynamic else "folds"), **options}
-    count = int(full[declared.mesh])
-    return declared.in_motion(count) if dynamic else declared.at_rest(count)
+    if full[declared.mesh] is None and declared.settled is not None:
+        full[declared.mesh] = declared.settled(scene)
+    return declared.in_motion(full) if dynamic else declared.at_rest(full)
 
 
 def size_of(name: str, over: str, value: float, options: Mapping[str, Any], scene: Scene) -> float:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from compare.chooser import levels, random_scenes
-from compare.chooser.cost_laws import FILE, BeamRun, PlanarLaws, rounded, shipped
+from compare.chooser.cost_laws import FILE, PlanarLaws, rounded, shipped
 from compare.chooser.random_scenes import planar_scene, planar_snap
 from compare.chooser.refinement import endless, expected_steps
 from compare.limits import limit_of
@@ -39,16 +39,6 @@ DAMPINGS = tuple(10.0 ** np.arange(-2.0, 2.26, 0.25))
 THICKEST = 0.0225
 LAGS = tuple(np.logspace(-3.5, 2.2, 38))
 TERMS, POWERS = 13, 5
-BEAM_RUNS = tuple(
-    BeamRun(*mesh)
-    for mesh in ((6, 1e-4), (6, 3e-5), (8, 1e-5), (12, 3e-6), (12, 1e-6), (14, 3e-7), (16, 1e-7))
-)
-# coarser axes do for errors than for delays
-ERROR_AXES: dict[str, Sequence[float]] = {
-    "compression": (0.02, 0.1, 0.3, 0.5),
-    "rate": tuple(RATES[::3]) + (RATES[-1],),
-    "damping": tuple(DAMPINGS[::3]) + (DAMPINGS[-1],),
-}
 
 
 def _form(arguments: tuple[float, float]) -> tuple[float, float]:
@@ -82,7 +72,7 @@ def _ratio(arguments: tuple[tuple[float, NormalForm], tuple[float, float]]) -> f
     (compression, form), (rate, damping) = arguments
     scene = planar_scene(compression, rate, damping)
     delay = predict(form, scene.rate, scene.damping).angle
-    return (planar_snap(scene, BeamRun(16, 5e-7))[0] - form.angle) / delay
+    return (planar_snap(scene, 16, 5e-7)[0] - form.angle) / delay
 
 
 def _axes(axes: dict[str, Sequence[float]]) -> dict[str, Any]:
@@ -102,7 +92,7 @@ def planar_delays(sweep: Sweep) -> dict[str, Any]:
 
 
 def _truth(scene: Scene) -> float:
-    return planar_snap(scene, BeamRun(28, 1e-8))[0]
+    return planar_snap(scene, 28, 1e-8)[0]
 
 
 def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
@@ -126,31 +116,6 @@ def prediction_error(planar: dict[str, Any], scenes: int, seed: int, sweep: Swee
         "ringing": [rounded(ringing * scale, 3), power, rounded(rest * scale, 3)],
         "checked": {"scenes": scenes, "seed": seed, "median": rounded(np.median(off), 3)}
         | {"share": rounded(np.quantile(share, [0.5, 0.9, 0.99, 1.0]), 3)},
-    }
-
-
-def _errors(scene: Scene) -> list[tuple[float, float]]:
-    truth = _truth(scene)
-    runs = (planar_snap(scene, beam) for beam in BEAM_RUNS)
-    return [(abs(angle - truth), seconds) for angle, seconds in runs]
-
-
-def planar_runs(sweep: Sweep) -> dict[str, Any]:
-    """Errors and CPU seconds of the configurations on a grid of scenes."""
-    axes = ERROR_AXES.values()
-    scenes = [planar_scene(*cell) for cell in itertools.product(*axes)]
-    result = np.array(Study("planar runs", _errors, scenes).results(sweep))
-    grid = result.reshape(*(len(axis) for axis in axes), len(BEAM_RUNS), 2)
-    return {
-        "axes": _axes(ERROR_AXES),
-        "policies": [
-            {
-                **{"key": beam.key, "model": "elastica", **asdict(beam)},
-                "seconds": rounded(np.median(grid[..., k, 1]), 2),
-                "error": rounded(grid[..., k, 0], 2),
-            }
-            for k, beam in enumerate(BEAM_RUNS)
-        ],
     }
 
 
@@ -190,7 +155,7 @@ def _single_runs(scene: Scene) -> list[tuple[float, float, bool]]:
     model = levels.model_of(scene)
     meshes = [*((levels.enough_for(model, local), local) for local in SINGLE), *FINEST]
     if scene.planar:
-        return [(*planar_snap(endless(scene), BeamRun(*mesh)), False) for mesh in meshes]
+        return [(*planar_snap(endless(scene), *mesh), False) for mesh in meshes]
     return [random_scenes.element_snap(scene, *mesh) for mesh in meshes]
 
 
@@ -222,12 +187,11 @@ def elements(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
 
 
 def planar_laws(scenes: int, seed: int, sweep: Sweep) -> dict[str, Any]:
-    """Folds, f(Lambda) of the normal form, delays and the errors of predictions and runs."""
+    """Folds, f(Lambda) of the normal form, delays and the errors of predictions."""
     planar = planar_folds(sweep)
     planar["universal"] = {"damping": rounded(LAGS, 8), "f": rounded([universal(x) for x in LAGS], 9)}
     planar["delay"] = planar_delays(sweep)
     planar["delay"].update(prediction_error(planar, scenes, seed, sweep))
-    planar["runs"] = planar_runs(sweep)
     return planar
 
 
@@ -327,18 +291,7 @@ def summary(result: Calibration) -> list[str]:
 
 
 def tables(result: Calibration) -> Iterator[Table]:
-    """Errors of runs, errors of meshes, drift."""
-    if "planar" in result.new:
-        yield Table.of(
-            "Runs of planar scenes",
-            result.laws["planar"]["runs"]["policies"],
-            [
-                *(("run", "s", "key"), ("CPU s", ".3f", "seconds")),
-                ("median error", ".1e", lambda run: float(np.median(run["error"]))),
-                ("largest error", ".1e", lambda run: float(np.max(run["error"]))),
-            ],
-            "Errors of the angle of the snap (rad) on a grid of scenes. Run: model, elements, tolerance.",
-        )
+    """Errors of meshes and of single runs, drift."""
     if "ribbon" in result.new:
         laws = result.laws["ribbon"]
         yield Table(

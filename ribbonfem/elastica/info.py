@@ -5,6 +5,8 @@ from __future__ import annotations
 from ribbonfem.model_info import ModelInfo
 from ribbonfem.stepping.methods import ALL_METHODS, method_of
 
+from .motion import elements_for
+
 MODEL_INFO = ModelInfo(
     name="elastica",
     mesh="elements",
@@ -15,7 +17,8 @@ MODEL_INFO = ModelInfo(
     # five Gauss points an element: 2 p = 10
     order=lambda options: 10.0,
     size=lambda options: 1.0 / options["elements"],
-    at_rest=lambda elements: 5 * elements + 1,
+    at_rest=lambda options: 5 * options["elements"] + 1,
     # positions and forces are unknowns too
-    in_motion=lambda elements: 25 * elements - 3,
+    in_motion=lambda options: 25 * options["elements"] - 3,
+    settled=elements_for,
 )

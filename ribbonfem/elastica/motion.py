@@ -25,7 +25,7 @@ ELEMENTS, TOLERANCE = 8, 3e-5
 _FEW, _LIGHTLY = 4, 0.3
 
 
-def _elements_of(scene: Scene, initial: RestState | History | None) -> int:
+def elements_for(scene: Scene, initial: RestState | History | None = None) -> int:
     """How many elements a motion has where nobody says so: as what it begins with, or as the scene needs."""
     if isinstance(initial, History):
         return max((len(initial.arclength) - 1) // P, _FEW)
@@ -59,7 +59,7 @@ def simulate(
     extensible: whether the beam stretches, with EA of the rectangular section.
     method, step, spectral_radius, every: as in `kirchhoff.simulate`.
     tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 3e-6 rad in a snap's angle in
-        the median of drawn scenes and 7e-5 at most, where the mesh leaves 1e-8 and 2e-5
+        the median of drawn scenes and 1e-4 at most, where the mesh leaves 2e-7 and 1e-5
         (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     configurations: False leaves positions and curvatures out of the result.
     until: "end", or "snap", soon after the height first changes sign.
@@ -80,7 +80,7 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, methods=ALL_METHODS)
     scene.require_stop()
     control.require_elastic(method, scene)
-    elements = _elements_of(scene, initial) if elements is None else elements
+    elements = elements_for(scene, initial) if elements is None else elements
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initial_states.at_rest(problem, solution(problem, start, scene.begin))}

@@ -63,6 +63,7 @@ class Rig:
         """(8,) what the parameter moves in the order of `drive.CONTROLS`, loads as a force."""
         moved = np.zeros(len(ALL))
         moved[_PLACED] = self.moves
-        size = float(np.linalg.norm(self.weight)) + 10.0 * float(np.abs(self.curvature).max())
-        moved[-1] += self.share[1] * size
+        if self.share[1]:
+            size = float(np.linalg.norm(self.weight)) + 10.0 * float(np.abs(self.curvature).max())
+            moved[-1] += self.share[1] * size
         return moved

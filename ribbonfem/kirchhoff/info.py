@@ -15,7 +15,7 @@ MODEL_INFO = ModelInfo(
     # five Gauss points an element: 2 p = 10
     order=lambda options: 10.0,
     size=lambda options: 1.0 / options["elements"],
-    at_rest=lambda elements: 15 * elements,
+    at_rest=lambda options: 15 * options["elements"],
     # positions, rotations and forces, of the five nodes and points of an element
-    in_motion=lambda elements: 45 * elements - 6,
+    in_motion=lambda options: 45 * options["elements"] - 6,
 )

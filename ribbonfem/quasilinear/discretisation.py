@@ -95,7 +95,7 @@ class MovingBeam:
 
     def slopes(self, count: int) -> Array:
         """(rows,) of the last rows."""
-        slope = self.problem.scale * np.sum(self._dofs[:count] * self.problem.mesh.middle[1], axis=1)
+        slope = self._dofs[:count] @ (self.problem.scale * self.problem.mesh.middle[1])
         return np.asarray(slope / np.hypot(1.0, slope))
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:

@@ -29,7 +29,7 @@ GROUPS = ("static-planar", "static-ribbon", "dynamic-planar", "dynamic-ribbon")
 STATIC = ("fold", "shape", "energy")
 DYNAMIC = ("snap", "shape", "energy", "balance")
 # configurations in the order in which a row's name gives them
-_NAMED = ("elements", "nodes", "clamp", "method", "step", "tolerance")
+_NAMED = ("elements", "degree", "nodes", "clamp", "method", "step", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -103,17 +103,19 @@ FAMILIES = (
     Family("der", "der", GROUPS),
 )
 
+# degrees of the one element of the quasi-linear beam, beside its cubic ones
+_DEGREES = (8, 11, 15, 18, 19)
 _STATIC_MESHES = {
     "quasilinear": (6, 8, 16, 32, 64, 128),
-    "elastica": (4, 8, 16, 24, 32, 48, 64),
+    "elastica": (4, 6, 8, 12, 16, 24, 32),
     "kirchhoff": (4, 6, 8, 12, 16, 24, 32, 40),
     "der": (21, 51, 101, 201, 401),
 }
 # adaptive steps: meshes and tolerances of the default method, all pairs
 _ADAPTIVE = {
-    "quasilinear": ((8, 16, 32, 64), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
-    "elastica": ((6, 8, 10, 12, 16, 24), (1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
-    "kirchhoff": ((4, 6, 8, 10), (1e-4, 3e-5, 1e-5, 3e-6)),
+    "quasilinear": ((8, 16, 32, 64), (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
+    "elastica": ((4, 6, 8, 12, 16), (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)),
+    "kirchhoff": ((4, 6, 8, 10), (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6)),
     "der": ((51, 71, 101, 151, 201), (3e-3, 1e-3, 3e-4, 1e-4, 3e-5)),
 }
 # other methods on one mesh: the tolerances of those with an error estimate (newmark's estimate
@@ -172,7 +174,7 @@ class Entry:
     @property
     def dofs(self) -> int:
         """Degrees of freedom."""
-        return unknowns(self.family.model, self.options, self.case.dynamic)
+        return unknowns(self.family.model, self.options, self.case.scene, self.case.dynamic)
 
 
 def _static_grid(family: Family) -> Iterator[dict[str, Any]]:
@@ -181,7 +183,16 @@ def _static_grid(family: Family) -> Iterator[dict[str, Any]]:
         for clamp in ("centred", "two-node"):
             yield from ({"nodes": nodes, "clamp": clamp} for nodes in meshes)
     else:
-        yield from ({"elements": elements} for elements in meshes)
+        yield from _finite_elements(family.model, meshes)
+
+
+def _finite_elements(model: str, sizes: tuple[int, ...]) -> Iterator[dict[str, Any]]:
+    """Meshes of so many elements, of the quasi-linear beam cubic ones, and one element of high degree."""
+    if model != "quasilinear":
+        yield from ({"elements": size} for size in sizes)
+        return
+    yield from ({"elements": size, "degree": 3} for size in sizes)
+    yield from ({"elements": 1, "degree": degree} for degree in _DEGREES)
 
 
 def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
@@ -191,10 +202,11 @@ def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
     clamp = {"clamp": "centred"} if rods else {}
     sizes, tolerances = _ADAPTIVE[name]
     default = str(defaults_of(name, "simulate")["method"])
-    for size in sizes:
+    meshes = [{mesh: size, **clamp} for size in sizes] if rods else list(_finite_elements(name, sizes))
+    for which in meshes:
         for tolerance in tolerances:
-            yield {mesh: size, **clamp, "method": default, "tolerance": tolerance}
-    other = {mesh: _OTHER_MESH[name], **clamp}
+            yield {**which, "method": default, "tolerance": tolerance}
+    other = {mesh: _OTHER_MESH[name], **clamp, **({"degree": 3} if name == "quasilinear" else {})}
     for tolerance in _OTHER_TOLERANCES[name]:
         for adaptive in ("generalised-alpha", *(("tr-bdf2",) if default != "tr-bdf2" else ())):
             yield {**other, "method": adaptive, "tolerance": tolerance}

@@ -88,7 +88,8 @@ def _kind(options: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def _size(options: Mapping[str, Any]) -> tuple[float, ...]:
     """Numbers none of which is larger in a finer configuration of the same kind."""
-    return -mesh_value(options), options.get("step", 0.0), options.get("tolerance", 0.0)
+    degree = options.get("degree", 0)
+    return -mesh_value(options), -degree, options.get("step", 0.0), options.get("tolerance", 0.0)
 
 
 def choices(rows: Sequence[Row], floor: Callable[[Row, str], float]) -> list[Candidate]:
