@@ -72,22 +72,23 @@ def test_parts_of_an_iteration_add_up():
 def test_a_price_is_of_an_error_that_no_tighter_tolerance_exceeds():
     """Made-up runs: errors fall with mesh and tolerance, but for one lucky run of the coarsest elements."""
     limit, result = 0.5, {}
-    for key, model, options in equal_error._runs():
-        tolerance, mesh = options["tolerance"], key[1]
+    for key, model, options in (*equal_error.ELEMENTS, *equal_error.RODS):
+        tolerance, mesh = options["tolerance"], int(key[1].split()[0])
         if model == "kirchhoff":
             off, seconds = 0.1 * tolerance + 20.0 * mesh**-10.0, 1e-3 * mesh * tolerance**-0.25
         else:
             # by Richardson's rule nothing is left of the mesh
             off, seconds = 0.1 * tolerance + 1.0 / (mesh - 2) ** 2, 1e-4 * mesh * tolerance**-0.25
         result[key] = limit + off, seconds
-    lucky = ("elements", 4, "esdirk4", equal_error.ELEMENTS_TOLERANCES[0])
+    lucky = ("elements", "4 elements", "esdirk4", equal_error.ELEMENTS.tolerances[0])
+    limits = {"elements": limit}
     result[lucky] = limit, 1e-9
-    best = equal_error.prices(result, limit, 1.1e-5)
+    best = equal_error.prices(result, limits, 1.1e-5)
     # 4 elements are off by 1.9e-5, 6 by 3e-7, so that 0.1 of the tolerance may be 1.07e-5
     assert best["elements"].how == "6 elements, esdirk4, 1e-04"
     assert np.isclose(best["elements"].seconds, 6e-3 * 1e-4**-0.25)
     assert best["rods"].how == "25 and 35 nodes, esdirk4, 6e-05"
     assert best["rods, tr-bdf2"].how == "25 and 35 nodes, tr-bdf2, 6e-05"
     assert best["rods"].seconds > best["elements"].seconds
-    assert "elements" in equal_error.prices(result, limit, 2e-5)
-    assert equal_error.prices(result, limit, 1e-15) == {}
+    assert "elements" in equal_error.prices(result, limits, 2e-5)
+    assert equal_error.prices(result, limits, 1e-15) == {}

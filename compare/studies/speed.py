@@ -20,7 +20,7 @@ from ribbonfem import History, Scene, kirchhoff
 from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
 
-from .equal_error import compared, table
+from . import equal_error as equal
 from .study import Study, here
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.6)
@@ -75,7 +75,8 @@ class Speed:
     unit: of the reference kernel.
     start: best and median of the static start.
     parts: of a Newton iteration.
-    prices: rows of ribbons by elements and by rods at an equal error, if they were asked for.
+    prices: rows of ribbons by elements and by rods at an equal error, if they were asked for; planar: of
+        beams by the three models of elements.
     """
 
     nodes: int
@@ -87,6 +88,7 @@ class Speed:
     scenes: tuple[list[Any], ...]
     parts: dict[str, float]
     prices: tuple[list[Any], ...] = ()
+    planar: tuple[list[Any], ...] = ()
 
 
 def _run(scene: Scene, nodes: int | None, tolerance: float | None = None) -> History:
@@ -123,7 +125,7 @@ def main(
     slow scenes of the delay and skipping studies to 1e-4 in their snap angles, with the error
     of each beside its time.  Every time also as a multiple of a fixed reference kernel.
     --equal-error: what a ribbon's snap costs by elements and by the rods at their best too, on four
-    scenes.
+    scenes, and a planar one by every model of elements, on five.
     """
     whole_number("repeats", repeats, 1, 1000)
     alone = here(sweep)
@@ -154,7 +156,8 @@ def main(
         start=start,
         scenes=tuple(scenes),
         parts=parts_of_an_iteration(nodes),
-        prices=tuple(compared(repeats, alone)) if equal_error else (),
+        prices=tuple(equal.ribbons(repeats, alone)) if equal_error else (),
+        planar=tuple(equal.beams(repeats, alone)) if equal_error else (),
     )
 
 
@@ -209,7 +212,7 @@ def tables(result: Speed) -> list[Table]:
             "that magnifies every difference.",
         ),
         Table("Parts of a Newton iteration", ["part", "us"], parts, ["s", ".2f"]),
-        *([table(result.prices)] if result.prices else []),
+        *(equal.tables(result.prices, result.planar) if result.prices else ()),
     ]
 
 
@@ -240,6 +243,7 @@ def values(result: Speed) -> dict[str, Any]:
         "scenes": list(result.scenes),
         "parts": result.parts,
         "prices": list(result.prices),
+        "planar": list(result.planar),
     }
 
 
