@@ -63,11 +63,10 @@ def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
     n = problem.mesh.count
     ends = np.zeros((3, ENDS))
     ends[0] = state.z[n:]
-    z, clock = beam.padded(state.z[:n], n), np.zeros(CLOCK_SIZE)
-    still = np.zeros_like(z)
+    still, clock = np.zeros(n), np.zeros(CLOCK_SIZE)
     clock[KINK] = 1.0
     return {
-        "z": z,
+        "z": state.z[:n],
         "v": still,
         "a": still,
         "auxiliary": still,
@@ -78,24 +77,35 @@ def at_rest(problem: Statics, state: _State) -> dict[str, Array]:
 
 
 class MovingBeam:
-    """A beam in motion, as `stepping.integrate` runs it, from a state by the names of `beam.Motion`."""
+    """A beam in motion, as `stepping.integrate` runs it, from a state by the names of `beam.Motion`.
+
+    Arrays of dofs have n entries there; the kernels' have places beside them (`beam`).
+    """
 
     def __init__(self, problem: Statics, begin: dict[str, Array], scheme: Scheme, rows: int) -> None:
         n = problem.mesh.count
         self.scheme, self.problem = scheme, problem
         self._dofs, self._rates = np.empty((2, rows, n + ENDS))
-        motion = beam.Motion(**{name: value.copy() for name, value in begin.items()})
+        motion = beam.Motion(
+            **{
+                name: beam.padded(value, n) if name in beam.DOFS else value.copy()
+                for name, value in begin.items()
+            }
+        )
         self.clock = motion.clock
         memory = beam.scratch(len(motion.z), problem.mesh.width, scheme.stages)
         self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates)
 
     def kept(self) -> dict[str, Array]:
         """What it goes on from."""
-        return {name: value.copy() for name, value in self.model.motion._asdict().items()}
+        n = self.problem.mesh.count
+        kept = self.model.motion._asdict()
+        return {name: kept[name][:n].copy() if name in beam.DOFS else kept[name].copy() for name in kept}
 
     def slopes(self, count: int) -> Array:
         """(rows,) of the last rows."""
-        slope = self._dofs[:count] @ (self.problem.scale * self.problem.mesh.middle[1])
+        # (row by row: a product of matrices has other last digits for other counts of rows)
+        slope = self.problem.scale * np.sum(self._dofs[:count] * self.problem.mesh.middle[1], axis=1)
         return np.asarray(slope / np.hypot(1.0, slope))
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:

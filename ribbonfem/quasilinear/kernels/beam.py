@@ -22,6 +22,8 @@ from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
 from .bands import FEW
 
 ENDS = 4
+# of `Motion`, the arrays of dofs
+DOFS = ("z", "v", "a", "auxiliary")
 
 
 @by_reference
