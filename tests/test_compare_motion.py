@@ -5,7 +5,8 @@ import numpy as np
 from compare.report.registry import publish
 from compare.reproduction import cases, delay, delays
 from compare.reproduction.named_runs import CASES
-from compare.studies import equal_error, speed
+from compare.studies.speed import equal_error
+from compare.studies.speed import study as speed
 from compare.sweep import Sweep
 from ribbonfem.output.style import STYLE
 

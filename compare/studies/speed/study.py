@@ -14,6 +14,7 @@ import numpy as np
 import der
 from compare.report.registry import Command
 from compare.report.section import Drawing, Table
+from compare.studies.study import Study, here
 from compare.sweep import Sweep
 from der import timing
 from ribbonfem import History, Scene, kirchhoff
@@ -21,7 +22,6 @@ from ribbonfem.options import whole_number
 from ribbonfem.output.style import figure
 
 from . import equal_error as equal
-from .study import Study, here
 
 SNAP = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.1, damping=1.0, stop=0.6)
 SLOW = Scene(compression=0.40, shear=0.40, rate=0.01, damping=10.0, stop=0.6)

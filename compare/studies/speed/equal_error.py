@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 from compare.limits import edge_ratio, limit_of, two_point
 from compare.quantities.measure import forget, function_of
 from compare.report.section import Table
+from compare.studies.study import Study, cheapest, settled
 from compare.sweep import Sweep
 from ribbonfem import Scene, SolverError
-
-from .study import Study, cheapest, settled
 
 Options = Mapping[str, Any]
 # of whom, mesh, method, tolerance (L)
