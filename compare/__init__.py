@@ -2,8 +2,8 @@
 
 compare.choose(scene, tolerance, quantity).run()   one number, by the cheapest model that will do
 compare.convergence(model, scene, quantity, over=) orders and limits under refinement
-compare.skipping_diagram, compare.selection_diagram, compare.threshold
-                                                   what ramps do over rate and damping
+compare.outcome_diagram, compare.skipping_diagram, compare.selection_diagram, compare.threshold
+                                                   what ramps do over two numbers of a scene
 compare.save(result, path), compare.load(path)     any result in a file
 compare.read_scene(path)                           a scene from a TOML file
 compare.warm()                                     compiles everything, in a process a core
@@ -18,6 +18,7 @@ _CALLS = {
     "choose": "compare.chooser.choice",
     "convergence": "compare.quantities.convergence",
     "load": "compare.archive",
+    "outcome_diagram": "compare.diagrams",
     "read_scene": "ribbonfem.output.scene_file",
     "save": "compare.archive",
     "selection_diagram": "compare.diagrams",
@@ -30,6 +31,7 @@ __all__ = [
     "choose",
     "convergence",
     "load",
+    "outcome_diagram",
     "read_scene",
     "save",
     "selection_diagram",

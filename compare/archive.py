@@ -37,7 +37,6 @@ _MOVED = (
     ("compare.face.curve", "ribbonfem.output.curve"),
     ("ribbonfem.values", "ribbonfem.frozen"),
     ("compare.studies.stability.confirmations", "compare.studies.stability.judging"),
-    ("compare.studies.speed.study", "compare.studies.speed"),
     ("compare.studies.calibrate.study", "compare.studies.calibrate"),
     ("compare.reproduction.named", "compare.reproduction.named_runs"),
     ("ribbonfem.delay.fold", "ribbonfem.delay.normal_forms"),
@@ -51,6 +50,10 @@ _RENAMED = {
     "doubt": "uncertainty",
     "verb": "function",
     "asked": "chosen",
+    "rates": "x",
+    "dampings": "y",
+    "rate": "x",
+    "damping": "y",
 }
 # keys of `--json` that are not the names of the fields
 _KEYS = {"options": "policy", "uncertainty": "doubt", "function": "verb"}

@@ -44,8 +44,8 @@ def diagram():
     shares = np.array([[[1.0, 0.0], [0.5, 0.5]], [[0.0, 1.0], [0.0, 1.0]]])
     return Diagram(
         kind="skipping",
-        rates=np.array([0.01, 0.1]),
-        dampings=np.array([1.0, 10.0]),
+        x=np.array([0.01, 0.1]),
+        y=np.array([1.0, 10.0]),
         outcomes=("no skip", "type 2"),
         shares=shares,
         uncertainty=np.full((2, 2), 0.1),

@@ -9,7 +9,7 @@ import pytest
 
 import der
 from compare.archive import finite
-from compare.diagrams import predictions, selection_diagram, show, skipping_diagram, states, threshold
+from compare.diagrams import axes, predictions, selection_diagram, show, skipping_diagram, states, threshold
 from compare.diagrams import setup as runs
 from compare.quantities.branches import potential
 from compare.reproduction import selection as selection_command
@@ -260,14 +260,14 @@ def test_words_and_numbers_name_the_control_with_its_unit():
     plt.close("all")
     drive = Drive(left=1.0, right=0.3)
     other = replace(made, scene=replace(made.scene, drive=drive, preset={}, stop=0.1))
-    assert show.rate_label(other) == "rate of left, 0.3 right (rad/s)"
+    assert axes.label("rate", other.scene) == "rate of left, 0.3 right (rad/s)"
 
 
 def test_texts_of_the_usual_rig_stay(usual):
     assert show.label(usual) == "(0.40, 0.40), der, 31 nodes"
     assert repr(usual).startswith("Diagram(skipping at (0.4, 0.4), der, 2 x 2 cells")
     assert usual.to_csv().splitlines()[0] == "rate,damping,outcome,share,cell,runs,doubt_of_largest"
-    assert show.rate_label(usual) == r"rate $\dot\alpha$ (rad/s)"
+    assert axes.label("rate", usual.scene) == r"rate $\dot\alpha$ (rad/s)"
     assert show.numbers(usual)["drive"] == "left"
 
 

@@ -10,6 +10,7 @@ import der
 from compare.archive import from_bytes, to_bytes
 from compare.diagrams import Sample, predictions, sampling, selection_diagram, skipping_diagram, threshold
 from compare.diagrams import setup as runs
+from compare.diagrams.axes import Axis
 from compare.diagrams.boundaries import Line, search
 from compare.diagrams.diagram import both
 from compare.sweep import Sweep
@@ -119,7 +120,10 @@ def test_a_run_that_fails_is_recorded(monkeypatch):
     sample = runs.run_of(base, 0.1, 1.0)
     assert (sample.outcome, sample.reason) == ("", "it stopped")
     assert math.isnan(sampling.half_interval(0, 0))
-    assert sampling.name_of_cell([sample], True) == ""
+    assert sampling.name_of_cell([sample], True, AXES) == ""
+
+
+AXES = Axis("rate", np.array([0.1, 1.0])), Axis("damping", np.array([0.1, 1.0]))
 
 
 def made_up(outcomes, points):
@@ -131,12 +135,12 @@ def made_up(outcomes, points):
 
 def test_names_of_cells():
     square = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
-    assert sampling.name_of_cell(made_up("aaaa", square), True) == "a"
-    assert sampling.name_of_cell(made_up("aaab", square), True) == "cut"
+    assert sampling.name_of_cell(made_up("aaaa", square), True, AXES) == "a"
+    assert sampling.name_of_cell(made_up("aaab", square), True, AXES) == "cut"
     # exclusive or: no line separates it
-    assert sampling.name_of_cell(made_up("abba", square), True) == "mixed"
-    assert sampling.name_of_cell(made_up("abba", square), False) == "cut"
-    assert sampling.name_of_cell(made_up("aabc", square), True) == "mixed"
+    assert sampling.name_of_cell(made_up("abba", square), True, AXES) == "mixed"
+    assert sampling.name_of_cell(made_up("abba", square), False, AXES) == "cut"
+    assert sampling.name_of_cell(made_up("aabc", square), True, AXES) == "mixed"
 
 
 def test_rounds_depend_on_whole_earlier_rounds_alone():
@@ -149,7 +153,7 @@ def test_rounds_depend_on_whole_earlier_rounds_alone():
     assert sampling.unsure([[a, a], [a, a]], True) == []
     assert sampling.unsure([[a, b], [a, a]], True) == [(0, 0), (0, 1), (1, 1)]
     assert sampling.unsure([[a, b], [mixed, a]], False) == [(1, 0)]
-    points = [sampling.cell_points((1.0, 1.0), (0.2, 0.2), n, (0, 1, 2)) for n in (8, 24)]
+    points = [sampling.cell_points(AXES, (0, 1), n, (0, 1, 2)) for n in (8, 24)]
     assert points[0] == points[1][:8]
 
 

@@ -1,7 +1,7 @@
-"""Diagrams of outcomes of ramps over rate and damping: shares, boundaries, thresholds."""
+"""Diagrams of outcomes of ramps over two numbers of a scene: shares, boundaries, thresholds."""
 
 from .boundaries import Boundary
-from .diagram import selection_diagram, skipping_diagram
+from .diagram import outcome_diagram, selection_diagram, skipping_diagram
 from .result import Diagram, Failed
 from .setup import Sample
 from .threshold import Change, Threshold, threshold
@@ -13,6 +13,7 @@ __all__ = [
     "Failed",
     "Sample",
     "Threshold",
+    "outcome_diagram",
     "selection_diagram",
     "skipping_diagram",
     "threshold",

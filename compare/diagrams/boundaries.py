@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from operator import attrgetter
 
+from .axes import Axis
+
 # points of a line in the first look, its ends included; runs on either side of a change that is found
 _LOOK, _BESIDE = 5, 4
-# how far, in the logarithm, runs beside a change reach
+# how far, in the coordinate, runs beside a change reach
 _REACH = 0.15
 
 
@@ -25,7 +27,7 @@ class Boundary:
 
     Attributes
     ----------
-    along: "rate" or "damping", which varies; `other` is the value of the one that does not.
+    along: the name of what varies; `other` is the value of the one that does not.
     value, uncertainty: where it changes on `mesh`, and how far it may be from there on that mesh.
     low, high: ends of the band in which both outcomes come, equal to each other where it is a point.
     below, above: outcomes on its two sides.
@@ -53,14 +55,15 @@ class Boundary:
 
 @dataclass
 class Line:
-    """A line that is searched: what was run on it so far, by the logarithm of the value.
+    """A line that is searched: what was run on it so far, by the coordinate of the value (`axes.Axis`).
 
     Attributes
     ----------
     ends: values between which to look.
-    tolerance: relative, of a change.
-    known: outcome by logarithm.
+    tolerance: of a change, in the coordinate's unit: relative, where that is a logarithm.
+    known: outcome by coordinate.
     look: points of the first look.
+    axis: that the values lie on; without one the coordinate is the logarithm.
     """
 
     ends: tuple[float, float]
@@ -68,10 +71,19 @@ class Line:
     known: dict[float, str]
     look: int = _LOOK
     beside: bool = False
+    axis: Axis | None = None
+
+    def coordinate(self, value: float) -> float:
+        """Of a value."""
+        return math.log(value) if self.axis is None else float(self.axis.coordinate(value))
+
+    def value(self, x: float) -> float:
+        """At a coordinate."""
+        return math.exp(x) if self.axis is None else float(self.axis.value(x))
 
     def points(self) -> list[float]:
-        """What is to be run next, as logarithms; nothing once it is done."""
-        low, high = (math.log(end) for end in self.ends)
+        """What is to be run next, as coordinates; nothing once it is done."""
+        low, high = (self.coordinate(end) for end in self.ends)
         grid = [low + (high - low) * k / (self.look - 1) for k in range(self.look)]
         missing = [x for x in grid if x not in self.known]
         if missing:
@@ -106,9 +118,9 @@ class Line:
         for group in groups:
             low, high = group[0][0], group[-1][1]
             below, above = self.known[low], self.known[high]
-            value = math.exp(0.5 * (low + high))
-            uncertainty = 0.5 * (math.exp(high) - math.exp(low))
-            ends = (math.exp(low), math.exp(high)) if len(group) > 1 else (value, value)
+            value = self.value(0.5 * (low + high))
+            uncertainty = 0.5 * (self.value(high) - self.value(low))
+            ends = (self.value(low), self.value(high)) if len(group) > 1 else (value, value)
             changes.append((value, uncertainty, *ends, below, above))
         return changes
 
@@ -127,6 +139,6 @@ def search(lines: Sequence[Line], run: Callable[[list[tuple[int, float]]], list[
             if all(line.beside for line in lines):
                 return
             continue
-        outcomes = run([(k, math.exp(x)) for k, x in work])
+        outcomes = run([(k, lines[k].value(x)) for k, x in work])
         for (k, x), outcome in zip(work, outcomes, strict=True):
             lines[k].known[x] = outcome

@@ -1,51 +1,44 @@
-"""`skipping_diagram` (Fig. 11) and `selection_diagram` (Fig. 14): outcomes sampled over rate and damping."""
+"""`outcome_diagram`: outcomes sampled over two numbers of a scene; the paper's over rate and damping."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from compare.models import MESH, MODELS, warm_up
 from compare.sweep import Sweep
 from ribbonfem import Drive, Ribbon, Scene, SceneError
-from ribbonfem.options import OptionError, choice, flag, positive, whole_number
+from ribbonfem.options import a_scene, choice, flag, whole_number
 
+from .axes import Axis, axes_of, axis_of
 from .boundaries import Boundary, Line, search
 from .predictions import Curves, predictions
 from .result import Diagram, Failed
 from .sampling import cell_points, half_interval, name_of_cell, rounds_up_to, unsure
-from .setup import Sample, Setup, cost_of, mesh_of, require_runs, samples_of, setup
+from .setup import (
+    RATE_AND_DAMPING,
+    Sample,
+    Setup,
+    cost_of,
+    mesh_of,
+    require_runs,
+    samples_of,
+    setup,
+)
 
 SAMPLES, MOST_SAMPLES = 24, 4096
-# relative, of the values at boundaries
+# of the values at boundaries, relative or in as large a part of some four cells
 _TOLERANCE = 0.01
 Cells = list[list[list[Sample]]]
 
 
-def _axis(name: str, value: object) -> tuple[np.ndarray[Any, np.dtype[np.float64]], float]:
-    """Centres of an axis given as (low, high, count), and their spacing in the logarithm."""
-    try:
-        parts = tuple(cast(Any, value))
-    except TypeError:
-        parts = ()
-    if len(parts) != 3:
-        raise OptionError(f"{name} = {value!r}: (low, high, count) is needed, as (0.01, 1.0, 20)")
-    low, high = positive(f"{name}[0]", parts[0]), positive(f"{name}[1]", parts[1])
-    count = whole_number(f"{name}[2]", parts[2], 2, 1000)
-    if not low < high:
-        raise OptionError(f"{name} = {value!r}: low must be below high")
-    span = math.log(high / low)
-    return low * np.exp(span * np.arange(count) / (count - 1)), span / (count - 1)
-
-
-def _first_round(base: Setup, rates: Any, dampings: Any, points: Any, count: int, sweep: Sweep) -> Cells:
-    work = [(base, tuple(points[j][i][:count])) for j in range(len(dampings)) for i in range(len(rates))]
+def _first_round(base: Setup, points: Any, count: int, sweep: Sweep) -> Cells:
+    work = [(base, tuple(cell[:count])) for row in points for cell in row]
     done = iter(sweep("runs", samples_of, work, cost=cost_of, prepare=lambda: warm_up(base.model)))
-    return [[list(next(done)) for _ in rates] for _ in dampings]
+    return [[list(next(done)) for _ in row] for row in points]
 
 
 def _fill(base: Setup, cells: Cells, points: Any, sizes: Sequence[int], sweep: Sweep) -> None:
@@ -62,27 +55,25 @@ def _fill(base: Setup, cells: Cells, points: Any, sizes: Sequence[int], sweep: S
             cells[j][i] += more
 
 
-def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep) -> tuple[Boundary, ...]:
+def _boundaries(base: Setup, axes: tuple[Axis, Axis], names: Any, sweep: Sweep) -> tuple[Boundary, ...]:
     """Changes between sure cells of a row, and of a column, that lie next to each other or have only cut or
     mixed ones between them."""
     lines: list[Line] = []
     what: list[tuple[str, float]] = []
-    for along, axis, other, table in (
-        ("rate", rates, dampings, names),
-        ("damping", dampings, rates, np.transpose(names)),
-    ):
-        for row, fixed in zip(table, other, strict=True):
+    for axis, other, table in (axes[0], axes[1], names), (axes[1], axes[0], np.transpose(names)):
+        for row, fixed in zip(table, other.values, strict=True):
             sure = [k for k, name in enumerate(row) if name not in ("", "cut", "mixed")]
             for a, b in pairwise(sure):
                 if row[a] != row[b]:
-                    lines.append(Line((float(axis[a]), float(axis[b])), _TOLERANCE, {}))
-                    what.append((along, float(fixed)))
+                    ends = float(axis.values[a]), float(axis.values[b])
+                    lines.append(Line(ends, _TOLERANCE, {}, axis=axis))
+                    what.append((axis.name, float(fixed)))
 
     def run(work: list[tuple[int, float]]) -> list[str]:
         tasks = []
         for k, value in work:
             along, fixed = what[k]
-            tasks.append((base, ((value, fixed),) if along == "rate" else ((fixed, value),)))
+            tasks.append((base, ((value, fixed),) if along == base.over[0] else ((fixed, value),)))
         return [result[0].outcome for result in sweep("boundaries", samples_of, tasks, cost=cost_of)]
 
     search(lines, run)
@@ -96,8 +87,7 @@ def _boundaries(base: Setup, rates: Any, dampings: Any, names: Any, sweep: Sweep
 
 def _diagram(
     scene: Scene,
-    rates: object,
-    dampings: object,
+    axes: tuple[Axis, Axis],
     model: str,
     samples: int,
     boundaries: bool,
@@ -110,21 +100,20 @@ def _diagram(
     whole_number("samples", samples, 1, MOST_SAMPLES)
     whole_number("seed", seed, 0)
     flag("boundaries", boundaries)
-    x, step = _axis("rates", rates)
-    y, rise = _axis("dampings", dampings)
+    across, up = axes
     sweep = sweep or Sweep()
-    base = setup(scene, model, options)
+    base = setup(scene, model, options, (across.name, up.name))
     points = [
-        [cell_points((float(r), float(d)), (step, rise), samples, (seed, i, j)) for i, r in enumerate(x)]
-        for j, d in enumerate(y)
+        [cell_points(axes, (i, j), samples, (seed, i, j)) for i in range(len(across.values))]
+        for j in range(len(up.values))
     ]
     sizes = rounds_up_to(samples)
-    cells = _first_round(base, x, y, points, sizes[0], sweep)
+    cells = _first_round(base, points, sizes[0], sweep)
     _fill(base, cells, points, sizes, sweep)
     every = tuple(sample for row in cells for cell in row for sample in cell)
     # (a run may come to rest where no state was found)
     names = tuple(dict.fromkeys((*base.names, *(sample.outcome for sample in every if sample.outcome))))
-    shares = np.full((len(y), len(x), len(names)), np.nan)
+    shares = np.full((len(up.values), len(across.values), len(names)), np.nan)
     uncertainty, runs = np.full(shares.shape[:2], np.nan), np.zeros(shares.shape[:2], dtype=np.int64)
     outcome = np.empty(shares.shape[:2], dtype="<U10")
     for j, row in enumerate(cells):
@@ -134,19 +123,20 @@ def _diagram(
             if total:
                 shares[j, i] = np.array(counts) / total
             uncertainty[j, i] = half_interval(max(counts), total)
-            outcome[j, i] = name_of_cell(cell, len(cell) >= samples)
-    curves = predictions(base, x, y) if scene.stop is None else Curves()
+            outcome[j, i] = name_of_cell(cell, len(cell) >= samples, axes)
+    usual = base.over == RATE_AND_DAMPING and not base.selection
+    curves = predictions(base, across.values, up.values) if usual else Curves()
     return Diagram(
-        kind="skipping" if scene.stop is None else "selection",
-        rates=x,
-        dampings=y,
+        kind="selection" if base.selection else "skipping",
+        x=across.values,
+        y=up.values,
         outcomes=names,
         shares=shares,
         uncertainty=uncertainty,
         runs=runs,
         outcome=outcome,
-        failed=tuple(Failed(s.rate, s.damping, s.reason) for s in every if not s.outcome),
-        boundaries=_boundaries(base, x, y, outcome, sweep) if boundaries else (),
+        failed=tuple(Failed(s.x, s.y, s.reason) for s in every if not s.outcome),
+        boundaries=_boundaries(base, axes, outcome, sweep) if boundaries else (),
         samples=every,
         folds=tuple(fold.control for fold in base.folds),
         predicted=curves,
@@ -155,7 +145,67 @@ def _diagram(
         model=model,
         options=dict(options),
         seed=seed,
+        over=base.over,
     )
+
+
+def _over_rate_and_damping(rates: object, dampings: object) -> tuple[Axis, Axis]:
+    return axis_of("rate", rates, "rates"), axis_of("damping", dampings, "dampings")
+
+
+def outcome_diagram(
+    scene: Scene,
+    over: Mapping[str, tuple[float, float, int]],
+    *,
+    model: str = "der",
+    samples: int = SAMPLES,
+    boundaries: bool = True,
+    seed: int = 0,
+    sweep: Sweep | None = None,
+    **options: Any,
+) -> Diagram:
+    """What ramps of a scene do, over any two numbers of it.
+
+    Parameters
+    ----------
+    scene: at a positive rate; all its numbers but two.  Without a `stop` it is asked which shape is skipped
+        (`skipping_diagram`), with one, or where that varies, in which it ends (`selection_diagram`).
+    over: names of two numbers, across and up, and (low, high, count) of each: "rate", "damping",
+        "compression", "shear", "stop"; of the ribbon "length", "width", "thickness", "young", "density",
+        "bending_ratio", "twist_ratio", "curvature", "twist"; or a control that does not move, which is then
+        preset: "left", "right", "twist_left", "twist_right", "lift", "force".  Rates, dampings, sizes and
+        moduli are counted by factors, centres at low (high/low)^(k/(count - 1)); others by differences.
+    model, samples, boundaries, seed, sweep, options: as in `skipping_diagram`.
+
+    Returns
+    -------
+    `Diagram`.  Its `failed` has the runs that cannot begin, too: where there is no such state, or none to
+        skip.  Folds and states are found anew for each run, but where rate and damping vary.
+
+    Raises
+    ------
+    SceneError, OptionError, SolverError, SweepError
+        As `skipping_diagram` does; for names that the scene has not, or that it moves; for a corner of the
+        diagram at which there can be no scene.
+
+    Examples
+    --------
+    >>> from compare import outcome_diagram
+    >>> from ribbonfem import Scene
+    >>> ramp = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.5, damping=10.0)
+    >>> grid = {"shear": (0.38, 0.41, 2), "rate": (0.1, 1.0, 2)}
+    >>> diagram = outcome_diagram(ramp, grid, nodes=31, samples=1, boundaries=False)
+    >>> diagram.outcome.shape
+    (2, 2)
+    """
+    a_scene("scene", scene)
+    if scene.schedule is not None or scene.rate < 0.0:
+        raise SceneError(
+            f"Scene.schedule = {scene.schedule!r}: the rates of a diagram are constant"
+            if scene.schedule is not None
+            else f"Scene.rate = {scene.rate!r}: say by the drive which way it goes, as Drive(left=-1)"
+        )
+    return _diagram(scene, axes_of(scene, over), model, samples, boundaries, seed, sweep, options)
 
 
 def skipping_diagram(
@@ -215,7 +265,9 @@ def skipping_diagram(
         gravity=gravity,
         ribbon=ribbon or Ribbon(),
     )
-    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
+    return _diagram(
+        scene, _over_rate_and_damping(rates, dampings), model, samples, boundaries, seed, sweep, options
+    )
 
 
 def selection_diagram(
@@ -258,7 +310,9 @@ def selection_diagram(
         gravity=gravity,
         ribbon=ribbon or Ribbon(),
     )
-    return _diagram(scene, rates, dampings, model, samples, boundaries, seed, sweep, options)
+    return _diagram(
+        scene, _over_rate_and_damping(rates, dampings), model, samples, boundaries, seed, sweep, options
+    )
 
 
 def both(diagrams: Mapping[str, Diagram]) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -268,4 +322,4 @@ def both(diagrams: Mapping[str, Diagram]) -> np.ndarray[Any, np.dtype[np.bool_]]
     return np.asarray(apart > np.array(one.uncertainty) + np.array(two.uncertainty))
 
 
-__all__ = ["MODELS", "SAMPLES", "both", "selection_diagram", "skipping_diagram"]
+__all__ = ["MODELS", "SAMPLES", "both", "outcome_diagram", "selection_diagram", "skipping_diagram"]

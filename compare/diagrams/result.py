@@ -1,4 +1,4 @@
-"""The result class `Diagram`: shares of outcomes in cells of rate and damping, with boundaries."""
+"""The result class `Diagram`: shares of outcomes in cells of two numbers of a scene, with boundaries."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from numpy.typing import NDArray
 
 from ribbonfem import Scene
 from ribbonfem.frozen import Value, called_later
+from ribbonfem.options import choice
 from ribbonfem.results import Array
 
+from .axes import Axis, unit_of
 from .boundaries import Boundary
-from .setup import Sample
+from .setup import RATE_AND_DAMPING, Sample
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A run that did not end, and why."""
+    """A run that did not end, or could not begin, and why; x and y as of a `Sample`."""
 
-    rate: float
-    damping: float
+    x: float
+    y: float
     reason: str
 
-
-def speed_unit(scene: Scene) -> str:
-    """The unit of a rate."""
-    return f"{scene.drives.unit or '1'}/s"
+    rate = property(attrgetter("x"), doc="x, of a diagram over rate and damping.")
+    damping = property(attrgetter("y"), doc="y, of a diagram over rate and damping.")
 
 
 def told(scene: Scene) -> tuple[str, ...]:
@@ -47,33 +47,34 @@ def stop_in_words(scene: Scene) -> str:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Diagram(Value):
-    """What ramps do, over cells of rate and damping that are areas in the logarithms.
+    """What ramps do, over cells of two numbers of a scene, usually of rate and damping.
 
     Attributes
     ----------
     kind: "skipping" or "selection".
-    rates, dampings: (n,) of the control (rad/s, L/s, ...) and (m,) 1/s, centres of the cells; a cell reaches
-        half a spacing to every side.
+    x, y: (n,) and (m,) centres of the cells; a cell reaches half a spacing to every side, of what is counted
+        by factors in the logarithm.  `rates` (of the control: rad/s, L/s, ...) and `dampings` (1/s) are the
+        same where these vary.
     outcomes: names, in the order of the shares.
     shares: (m, n, outcomes) of the runs that ended; NaN where none did.
     uncertainty: (m, n) half the 95 % interval of the largest share.
     runs: (m, n) runs that ended.
-    outcome: (m, n) the common outcome where all runs agree; "cut" where one line in (log rate, log nu)
-        separates two; "mixed" where none does, however many runs: only these cells are undetermined;
-        empty where no run ended.
+    outcome: (m, n) the common outcome where all runs agree; "cut" where one line separates two; "mixed" where
+        none does, however many runs: only these cells are undetermined; empty where no run ended.
     failed: the runs that did not end.
     boundaries: where the outcome changes, solved for between sure cells, on the mesh of the runs.
     samples: every run, row by row and cell by cell.
     folds: where the control is at alpha_c1 and alpha_c2; of selection with another rig at those that a slow
-        ramp meets.
+        ramp meets; none where they vary from run to run.
     predicted: curves that need no simulation, by name: (k, 2) rates and dampings.
     scene, model, options, seed: what it was made from.
     unpredicted: of these curves those that are not there, by name: why.
+    over: the names of what varies, across and up.
     """
 
     kind: str
-    rates: Array
-    dampings: Array
+    x: Array
+    y: Array
     outcomes: tuple[str, ...]
     shares: Array
     uncertainty: Array
@@ -89,15 +90,43 @@ class Diagram(Value):
     options: Mapping[str, Any]
     seed: int
     unpredicted: Mapping[str, str] = field(default_factory=dict)
+    over: tuple[str, str] = RATE_AND_DAMPING
+
+    @property
+    def axes(self) -> tuple[Axis, Axis]:
+        """What varies, across and up."""
+        return Axis(self.over[0], self.x), Axis(self.over[1], self.y)
+
+    def values(self, name: str) -> Array:
+        """The centres of the cells along one of the two numbers.
+
+        Raises
+        ------
+        OptionError
+            If that one does not vary.
+        """
+        choice("name", name, self.over)
+        return self.x if name == self.over[0] else self.y
+
+    @property
+    def rates(self) -> Array:
+        """Of the control, where they vary."""
+        return self.values("rate")
+
+    @property
+    def dampings(self) -> Array:
+        """1/s, where they vary."""
+        return self.values("damping")
 
     def __repr__(self) -> str:
         counts = Counter(str(name) or "no run ended" for name in self.outcome.ravel())
         cells = ", ".join(f"{count} {name}" for name, count in counts.most_common())
         scene = self.scene
         where = ", ".join((f"({scene.compression:g}, {scene.shear:g})", *told(scene)))
+        over = "" if self.over == RATE_AND_DAMPING else f" over {' and '.join(self.over)}"
         return (
-            f"Diagram({self.kind} at {where}{stop_in_words(scene)}, {self.model}, "
-            f"{len(self.dampings)} x {len(self.rates)} cells of {int(self.runs.sum())} runs;\n"
+            f"Diagram({self.kind} at {where}{stop_in_words(scene)}{over}, {self.model}, "
+            f"{len(self.y)} x {len(self.x)} cells of {int(self.runs.sum())} runs;\n"
             f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed"
             + "".join(f";\n  no line of {name}: {why}" for name, why in self.unpredicted.items())
             + ")"
@@ -129,13 +158,15 @@ class Diagram(Value):
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
         scene = self.scene
-        named = {} if scene.drive == "left" else {"drive": str(scene.drive), "rate_unit": speed_unit(scene)}
-        writer.writerow(["rate", "damping", "outcome", "share", "cell", "runs", "doubt_of_largest", *named])
-        for j, damping in enumerate(self.dampings):
-            for i, rate in enumerate(self.rates):
+        named = (
+            {} if scene.drive == "left" else {"drive": str(scene.drive), "rate_unit": unit_of("rate", scene)}
+        )
+        writer.writerow([*self.over, "outcome", "share", "cell", "runs", "doubt_of_largest", *named])
+        for j, y in enumerate(self.y):
+            for i, x in enumerate(self.x):
                 for k, name in enumerate(self.outcomes):
                     writer.writerow(
-                        [repr(float(rate)), repr(float(damping)), name, repr(float(self.shares[j, i, k]))]
+                        [repr(float(x)), repr(float(y)), name, repr(float(self.shares[j, i, k]))]
                         + [str(self.outcome[j, i]), int(self.runs[j, i]), repr(float(self.uncertainty[j, i]))]
                         + [*named.values()]
                     )
@@ -153,7 +184,8 @@ class Diagram(Value):
             import xarray
         except ImportError:
             raise ImportError("to_xarray needs xarray: pip install xarray") from None
-        cells = ("damping", "rate")
+        across, up = self.over
+        cells = (up, across)
         return xarray.Dataset(
             {
                 "share": ((*cells, "outcome"), np.array(self.shares)),
@@ -162,8 +194,8 @@ class Diagram(Value):
                 "cell": (cells, np.array(self.outcome)),
             },
             {
-                "damping": ("damping", np.array(self.dampings), {"units": "1/s"}),
-                "rate": ("rate", np.array(self.rates), {"units": speed_unit(self.scene)}),
+                up: (up, np.array(self.y), {"units": unit_of(up, self.scene)}),
+                across: (across, np.array(self.x), {"units": unit_of(across, self.scene)}),
                 "outcome": list(self.outcomes),
             },
             {

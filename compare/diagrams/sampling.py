@@ -1,9 +1,9 @@
 """Adaptive sampling of a diagram: points inside each cell, and which cells get another round of runs.
 
-A cell is an area in the logarithms of rate and damping.  In the first round every cell gets a few points.
-Those whose runs all agree with each other and with their neighbours are sure; the others get more, and
-those that still disagree within themselves go on to the full number.  A round is decided on whole earlier
-rounds, so that the order in which runs come back changes nothing.
+A cell is an area in the coordinates of two axes, of rate and damping their logarithms.  In the first round
+every cell gets a few points.  Those whose runs all agree with each other and with their neighbours are
+sure; the others get more, and those that still disagree within themselves go on to the full number.  A
+round is decided on whole earlier rounds, so that the order in which runs come back changes nothing.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from scipy.optimize import linprog
 
 from ribbonfem.results import Array
 
+from .axes import Axis
 from .setup import Sample
 
 # runs of a cell after each round; beyond the last, twice as many
@@ -33,26 +34,29 @@ def rounds_up_to(samples: int) -> list[int]:
 
 
 def cell_points(
-    centre: tuple[float, float], spacing: tuple[float, float], samples: int, seed: Sequence[int]
+    axes: tuple[Axis, Axis], cell: tuple[int, int], samples: int, seed: Sequence[int]
 ) -> list[tuple[float, float]]:
-    """Rates and dampings of a cell's runs, in their order.
+    """Values on both axes of a cell's runs, in their order.
 
     Parameters
     ----------
-    centre: rate and damping.
-    spacing: between centres, in the natural logarithms.
+    cell: its number along each axis.
     samples: how many; 1 is the centre alone.
     seed: of the scrambling, its own for each cell.
     """
+    centre = tuple(float(axis.values[k]) for axis, k in zip(axes, cell, strict=True))
     if samples == 1:
-        return [centre]
+        return [(centre[0], centre[1])]
     # imported here: it takes a second, as much as all else that a worker imports
     from scipy.stats import qmc
 
     engine = qmc.Sobol(2, scramble=True, rng=np.random.default_rng(np.random.SeedSequence(list(seed))))
     shares = engine.random_base2(max(1, (samples - 1).bit_length()))[:samples]
-    offsets = np.exp((shares - 0.5) * spacing)
-    return [(float(centre[0] * a), float(centre[1] * b)) for a, b in offsets]
+    columns = [
+        axis.moved(value, (share - 0.5) * axis.spacing)
+        for axis, value, share in zip(axes, centre, shares.T, strict=True)
+    ]
+    return [(float(x), float(y)) for x, y in zip(*columns, strict=True)]
 
 
 def majority(samples: Sequence[Sample]) -> str:
@@ -105,20 +109,23 @@ def _separable(one: Array, two: Array) -> bool:
     return bool(result.status == 0)
 
 
-def name_of_cell(samples: Sequence[Sample], complete: bool) -> str:
+def name_of_cell(samples: Sequence[Sample], complete: bool, axes: tuple[Axis, Axis]) -> str:
     """What a cell is called.
 
-    The common outcome where all runs agree; "cut" where one line in (log rate, log nu) separates two
+    The common outcome where all runs agree; "cut" where one line in the coordinates separates two
     outcomes; "mixed" where none does and the cell has all the runs it may have; empty where no run ended.
     """
     done = [sample for sample in samples if sample.outcome]
     names = sorted({sample.outcome for sample in done})
     if len(names) <= 1:
         return names[0] if names else ""
-    logs = {name: np.log([[s.rate, s.damping] for s in done if s.outcome == name]) for name in names}
-    every = np.vstack(list(logs.values()))
+    at = np.column_stack(
+        [axis.coordinate([getattr(s, of) for s in done]) for axis, of in zip(axes, "xy", strict=True)]
+    )
+    places = [at[[s.outcome == name for s in done]] for name in names]
+    every = np.vstack(places)
     centre, scale = every.mean(axis=0), np.maximum(np.ptp(every, axis=0), 1e-12)
-    sets = [(points - centre) / scale for points in logs.values()]
+    sets = [(points - centre) / scale for points in places]
     if len(sets) == 2 and _separable(*sets):
         return "cut"
     return "mixed" if complete else "cut"

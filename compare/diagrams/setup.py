@@ -12,11 +12,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any
 
 from compare.models import MODELS
 from compare.quantities.measure import require_options
-from ribbonfem import Fold, History, Scene, Schedule, SolverError
+from ribbonfem import Fold, History, Scene, SceneError, Schedule, SolverError
 from ribbonfem.drive import TURNS, TWISTS
 from ribbonfem.frozen import Frozen
 from ribbonfem.model_info import defaults
@@ -24,10 +25,13 @@ from ribbonfem.options import OptionError
 from ribbonfem.outcomes import classify
 from ribbonfem.results import MESH
 
+from .axes import scene_at
 from .states import State, apart, folds_met, is_plain, name_of, stable_states, two_folds
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
+# what usually varies
+RATE_AND_DAMPING = ("rate", "damping")
 # rad: the turn or twist of a clamp at which a ramp that has not snapped is given up
 _FAR = 2.0 * math.pi
 # to see in which well a run is when it ends: damping (1/t*), times t* that it is followed, tolerance (L)
@@ -47,6 +51,8 @@ class Setup:
     folds: of skipping alpha_c1 and alpha_c2, of selection those that a slow ramp meets, on the same mesh.
     stable: name, height over the mean of the clamps' and slope of the stable states at the stop; empty of
         skipping.
+    over: names of the two numbers that vary.  Folds and states are found anew for each run where they
+        depend on them.
     """
 
     scene: Scene
@@ -54,11 +60,17 @@ class Setup:
     options: Mapping[str, Any]
     folds: tuple[Fold, ...]
     stable: tuple[State, ...] = ()
+    over: tuple[str, str] = RATE_AND_DAMPING
+
+    @property
+    def selection(self) -> bool:
+        """Whether ramps stop, and it is asked in which shape they end."""
+        return self.scene.stop is not None or "stop" in self.over
 
     @property
     def names(self) -> tuple[str, ...]:
         """The outcomes that there may be."""
-        if self.scene.stop is None:
+        if not self.selection:
             return SKIPPING
         if is_plain(self.scene):
             return SELECTION
@@ -71,18 +83,21 @@ class Sample:
 
     Attributes
     ----------
-    rate, damping: of the control (rad/s, ...) and 1/s.
+    x, y: values of what varies: usually the rate of the control (rad/s, ...), and the damping (1/s).
     outcome: its name; empty where the run failed.
     first, second: where the control is at the two snaps, None where one did not come.
     reason: the rule that named it, or why the run failed.
     """
 
-    rate: float
-    damping: float
+    x: float
+    y: float
     outcome: str
     first: float | None
     second: float | None
     reason: str
+
+    rate = property(attrgetter("x"), doc="x, of a diagram over rate and damping.")
+    damping = property(attrgetter("y"), doc="y, of a diagram over rate and damping.")
 
 
 # of `simulate`, what a run of a diagram says itself
@@ -105,18 +120,26 @@ def mesh_of(model: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in full.items() if name in MESH}
 
 
-def setup(scene: Scene, model: str, options: Mapping[str, Any]) -> Setup:
-    """The setup of a diagram: its folds and states, once.
+def setup(
+    scene: Scene, model: str, options: Mapping[str, Any], over: tuple[str, str] = RATE_AND_DAMPING
+) -> Setup:
+    """The setup of a diagram: its folds and states, once, where they are those of all runs.
 
     Raises
     ------
     SceneError, SolverError
         If the ribbon has not the states that are asked for.
     """
+    base = Setup(scene, model, dict(options), (), (), over)
+    return _found(base) if over == RATE_AND_DAMPING else base
+
+
+def _found(base: Setup) -> Setup:
+    """With the folds and states of its scene."""
     # neither damping nor the size of the rate has a part in them
-    still = replace(scene, rate=scene.direction, hold=0.0, damping=0.0)
-    folds, stable = _at_rest(still, model, Frozen(mesh_of(model, options)))
-    return Setup(scene, model, dict(options), folds, stable)
+    still = replace(base.scene, rate=base.scene.direction, hold=0.0, damping=0.0)
+    folds, stable = _at_rest(still, base.model, Frozen(mesh_of(base.model, base.options)))
+    return replace(base, folds=folds, stable=stable)
 
 
 @lru_cache(maxsize=16)
@@ -160,43 +183,54 @@ def _shape(history: History, base: Setup) -> str:
     return near[0]
 
 
-def run_of(base: Setup, rate: float, damping: float) -> Sample:
-    """The run at a rate of the control and a damping (1/s): a sample, failed runs included."""
-    selection = base.scene.stop is not None
+def run_of(base: Setup, x: float, y: float) -> Sample:
+    """The run at two values of what varies: a sample, failed runs included."""
+    try:
+        base = replace(base, scene=scene_at(base.scene, dict(zip(base.over, (x, y), strict=True))))
+        if base.over != RATE_AND_DAMPING:
+            base = _found(base)
+        outcome, snaps, reason = _run(base)
+    except (SceneError, SolverError) as error:
+        # (where two numbers of a scene vary, not every ribbon has its start, or a shape to skip)
+        if isinstance(error, SceneError) and base.over == RATE_AND_DAMPING:
+            raise
+        return Sample(x, y, "", None, None, str(error).splitlines()[0])
+    first, second = (None if snap is None else snap[1] for snap in snaps)
+    return Sample(x, y, outcome, first, second, reason)
+
+
+def _run(base: Setup) -> tuple[str, tuple[Any, Any], str]:
+    """The outcome of the scene's run, its two snaps, and the rule that named it."""
+    selection, damping = base.selection, base.scene.damping
     scene = replace(
         base.scene,
-        rate=rate,
-        damping=damping,
         stop=base.scene.stop if selection else far(base.scene),
         hold=_hold(damping) if selection else 0.0,
     )
     until = "decided" if selection else "snap"
-    try:
-        history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.options)
-        outcome = _shape(history, base) if selection else ""
-    except SolverError as error:
-        return Sample(rate, damping, "", None, None, str(error).splitlines()[0])
+    history = MODELS[base.model].simulate(scene, configurations=False, until=until, **base.options)
     if selection:
-        snaps, reason = (history.crossing("slope"), history.snap), "the shape it comes to rest in"
-    else:
-        result = classify(history, base.folds)
-        snaps, outcome, reason = (result.first, result.second), result.kind, result.reason
-    first, second = (None if snap is None else snap[1] for snap in snaps)
-    return Sample(rate, damping, outcome, first, second, reason)
+        snaps = history.crossing("slope"), history.snap
+        return _shape(history, base), snaps, "the shape it comes to rest in"
+    result = classify(history, base.folds)
+    return result.kind, (result.first, result.second), result.reason
 
 
 def samples_of(work: tuple[Setup, tuple[tuple[float, float], ...]]) -> tuple[Sample, ...]:
-    """Runs at several (rate, damping) of one setup: a task of a sweep."""
+    """Runs at several values of what varies in one setup: a task of a sweep."""
     base, points = work
-    return tuple(run_of(base, rate, damping) for rate, damping in points)
+    return tuple(run_of(base, x, y) for x, y in points)
 
 
 def cost_of(work: tuple[Setup, tuple[tuple[float, float], ...]]) -> float:
     """Expected steps of a task: a lightly damped ribbon rings through a slow ramp, or through its hold."""
     base, points = work
-    selection = base.scene.stop is not None
-    window = 1.0 if selection else abs(base.folds[1].control - base.folds[0].control)
-    return sum(
-        300.0 + 250.0 * min(10.0 / max(nu, 1e-3), math.inf if selection else window / rate)
-        for rate, nu in points
-    )
+    # (between folds that are not known yet, as much as is usual)
+    window = 1.0 if len(base.folds) < 2 else abs(base.folds[1].control - base.folds[0].control)
+    total = 0.0
+    for point in points:
+        own = dict(zip(base.over, point, strict=True))
+        rate, nu = own.get("rate", base.scene.rate), own.get("damping", base.scene.damping)
+        longest = math.inf if base.selection else window / rate
+        total += 300.0 + 250.0 * min(10.0 / max(nu, 1e-3), longest)
+    return total

@@ -17,9 +17,11 @@ from ribbonfem.frozen import html_table
 from ribbonfem.output.style import drawn, figure, panels
 from ribbonfem.output.tables import library
 
+from .axes import label as axis_label
+from .axes import unit_of
 from .predictions import TYPE_1, TYPE_2
-from .result import Diagram, speed_unit, stop_in_words, told
-from .setup import mesh_of
+from .result import Diagram, stop_in_words, told
+from .setup import RATE_AND_DAMPING, mesh_of
 
 COLOURS = {
     "no skip": "#2a9d5c",
@@ -60,15 +62,6 @@ def short(name: str, diagram: Diagram) -> str:
     return text if diagram.scene.clamps_turn else text.replace(r"$\alpha_{c2}$", "the second fold")
 
 
-def rate_label(diagram: Diagram, name: str = "rate ") -> str:
-    """The axis of rates: of the left clamp alone, or saying what is driven."""
-    scene = diagram.scene
-    if scene.drive == "left":
-        return name + r"$\dot\alpha$ (rad/s)"
-    named = ", ".join(f"{by:g} {what}" if by != 1.0 else what for what, by in scene.drives.moved.items())
-    return f"rate of {scene.drive if isinstance(scene.drive, str) else named} ({speed_unit(scene)})"
-
-
 @dataclass(frozen=True)
 class Named:
     """A run that the paper names: where, what it says, and in which of its figures."""
@@ -88,10 +81,12 @@ def _plain(values: Any) -> Any:
 
 def numbers(diagram: Diagram) -> dict[str, Any]:
     """The fields of a diagram for programs."""
-    arrays = ("rates", "dampings", "shares", "uncertainty", "runs", "outcome")
+    usual = ("rates", "dampings") if diagram.over == RATE_AND_DAMPING else ("x", "y")
+    arrays = (*usual, "shares", "uncertainty", "runs", "outcome")
     scene = diagram.scene
     return {
         "kind": diagram.kind,
+        "over": list(diagram.over),
         "compression": scene.compression,
         "shear": scene.shear,
         "stop": scene.stop,
@@ -100,7 +95,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "preset": dict(scene.preset),
         "gravity": None if scene.gravity is None else list(scene.gravity),
         "natural_shape": scene.ribbon.shaped,
-        "rate_unit": speed_unit(scene),
+        "rate_unit": unit_of("rate", scene),
         "model": diagram.model,
         "policy": dict(diagram.options),
         "seed": diagram.seed,
@@ -157,13 +152,14 @@ def mixed_table(diagrams: Sequence[Diagram]) -> Table:
     for d in diagrams:
         for j, i in np.argwhere(np.asarray(d.undetermined)):
             shares = dict(zip(d.outcomes, map(float, d.shares[j, i]), strict=True))
-            cell = [label(d), float(d.rates[i]), float(d.dampings[j])]
+            cell = [label(d), float(d.x[i]), float(d.y[j])]
             rows.append(
                 [*cell, *(shares.get(name) for name in names), float(d.uncertainty[j, i]), int(d.runs[j, i])]
             )
     return Table(
         "Cells that no single run decides",
-        ["diagram", "rate", "nu", *names, "±", "runs"],
+        ["diagram", *(("rate", "nu") if diagrams[0].over == RATE_AND_DAMPING else ("x", "y"))]
+        + [*names, "±", "runs"],
         rows,
         ["s", ".3g", ".3g", *[".2f"] * len(names), ".2f", "d"],
         "Shares of the runs that ended; ±: half the 95 % interval of the largest.",
@@ -172,14 +168,9 @@ def mixed_table(diagrams: Sequence[Diagram]) -> Table:
 
 def _cell(diagram: Diagram, rate: float, damping: float) -> tuple[int, int] | None:
     """Row and column of the cell that holds a point."""
-    place = []
-    for value, axis in ((damping, np.log(diagram.dampings)), (rate, np.log(diagram.rates))):
-        half = 0.5 * (axis[1] - axis[0])
-        k = int(np.argmin(np.abs(axis - math.log(value))))
-        if abs(axis[k] - math.log(value)) > half * (1.0 + 1e-9):
-            return None
-        place.append(k)
-    return place[0], place[1]
+    across, up = diagram.axes
+    i, j = across.cell_of(rate), up.cell_of(damping)
+    return None if i is None or j is None else (j, i)
 
 
 def _verdict(diagram: Diagram, case: Named, cell: str, share: float) -> str:
@@ -219,12 +210,6 @@ def named_table(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Name
     )
 
 
-def _edges(centres: Any) -> Any:
-    logs = np.log(centres)
-    half = 0.5 * (logs[1] - logs[0])
-    return np.exp(np.append(logs - half, logs[-1] + half))
-
-
 def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None:
     """One diagram: colours mixed by shares, boundaries, bands, predictions, failures, the paper's runs."""
     from matplotlib.colors import to_rgb
@@ -233,12 +218,13 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
     shares = np.nan_to_num(np.array(diagram.shares))
     # on white, so that a cell without a run stays so
     mixed = np.einsum("jik,kc->jic", shares, palette) + (1.0 - shares.sum(axis=2))[..., None]
-    x, y = _edges(diagram.rates), _edges(diagram.dampings)
+    across, up = diagram.axes
+    x, y = across.edges, up.edges
     axes.pcolormesh(x, y, np.clip(0.25 + 0.75 * mixed, 0.0, 1.0), lw=0)
     for j, i in np.argwhere(np.asarray(diagram.undetermined)):
-        axes.plot(diagram.rates[i], diagram.dampings[j], "o", ms=2.6, mfc="white", mec="black", mew=0.6)
+        axes.plot(diagram.x[i], diagram.y[j], "o", ms=2.6, mfc="white", mec="black", mew=0.6)
     for b in diagram.boundaries:
-        along = b.along == "rate"
+        along = b.along == across.name
         if b.band:
             ends = np.array([[b.low, b.high], [b.other, b.other]])
             axes.plot(
@@ -250,10 +236,12 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
         if len(curve):
             axes.plot(curve[:, 0], curve[:, 1], color="black", ls=DASHES.get(name, "--"), lw=1.1)
     for failed in diagram.failed:
-        axes.plot(failed.rate, failed.damping, "x", ms=4, color="red")
+        axes.plot(failed.x, failed.y, "x", ms=4, color="red")
     for case in named:
         axes.plot(case.rate, case.damping, "*", ms=9, mfc=colour(case.paper), mec="black", mew=0.8, zorder=6)
-    axes.set(xscale="log", yscale="log", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    scales = ["log" if axis.logarithmic else "linear" for axis in (across, up)]
+    axes.set(xscale=scales[0], yscale=scales[1], xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.set(xlabel=axis_label(across.name, diagram.scene), ylabel=axis_label(up.name, diagram.scene))
     axes.set_title(textwrap.fill(label(diagram), 56), fontsize=8.5)
 
 
@@ -295,7 +283,6 @@ def draw(diagrams: Sequence[Diagram], named: Mapping[float, Sequence[Named]]) ->
     fig, grid = panels(len(diagrams), 3, width=3.7, height=3.3)
     for axes, diagram in zip(grid, diagrams, strict=True):
         draw_panel(axes, diagram, named.get(diagram.scene.compression, ()))
-        axes.set(xlabel=rate_label(diagram), ylabel=r"damping $\nu$ (1/s)")
     handles = _handles(diagrams, any(named.get(d.scene.compression) for d in diagrams))
     fig.legend(
         handles=handles,
@@ -313,11 +300,11 @@ def draw_differences(paper: Sequence[Diagram], ours: Sequence[Diagram]) -> Any:
         for axes, diagram, what in ((row[0], one, "implicit Euler, 1 ms"), (row[1], two, "TR-BDF2, shares")):
             draw_panel(axes, diagram)
             axes.set_title(f"{label(diagram)}: {what}", fontsize=7.5)
-        x, y = _edges(one.rates), _edges(one.dampings)
+        x, y = (axis.edges for axis in one.axes)
         row[2].pcolormesh(x, y, differing_share(one, two), vmin=0.0, vmax=1.0, cmap="magma_r")
         row[2].set(xscale="log", yscale="log", title="share of runs that end otherwise")
         for axes in row:
-            axes.set(xlabel=rate_label(one, ""), ylabel=r"$\nu$ (1/s)")
+            axes.set(xlabel=axis_label("rate", one.scene), ylabel=axis_label("damping", one.scene))
     return fig
 
 
@@ -325,8 +312,8 @@ def differing_share(paper: Diagram, ours: Diagram) -> Any:
     """(m, n) the share of our runs in a cell that end otherwise than the paper's run at its centre."""
     index = {name: k for k, name in enumerate(ours.outcomes)}
     result = np.full(ours.shares.shape[:2], np.nan)
-    for j in range(len(ours.dampings)):
-        for i in range(len(ours.rates)):
+    for j in range(len(ours.y)):
+        for i in range(len(ours.x)):
             name = str(paper.outcome[j, i])
             if name in index:
                 result[j, i] = 1.0 - float(ours.shares[j, i, index[name]])
@@ -335,7 +322,7 @@ def differing_share(paper: Diagram, ours: Diagram) -> Any:
 
 @drawn()
 def plot(diagram: Diagram, axes: Any = None) -> Any:
-    """A diagram over the control's rate and damping (1/s), colours mixed by the shares of outcomes.
+    """A diagram over what varies, colours mixed by the shares of outcomes.
 
     Parameters
     ----------
@@ -347,7 +334,6 @@ def plot(diagram: Diagram, axes: Any = None) -> Any:
     The axes.
     """
     draw_panel(axes, diagram)
-    axes.set(xlabel=rate_label(diagram), ylabel=r"damping $\nu$ (1/s)")
     axes.legend(handles=_handles([diagram]), fontsize=7)
     return axes
 
@@ -357,9 +343,9 @@ def frame(diagram: Diagram) -> Any:
 
     Returns
     -------
-    Columns rate (of the control), damping (1/s), outcome, share (NaN where no run ended), cell (its outcome,
-    "cut" or "mixed"), runs, doubt (of the cell's largest share); `attrs` has the units by column, kind, folds
-    (of the control), model, drive, scene, options and seed.
+    Columns of what varies (usually rate, of the control, and damping, 1/s), outcome, share (NaN where no run
+    ended), cell (its outcome, "cut" or "mixed"), runs, doubt (of the cell's largest share); `attrs` has the
+    units by column, kind, folds (of the control), model, drive, scene, options and seed.
 
     Raises
     ------
@@ -367,7 +353,8 @@ def frame(diagram: Diagram) -> Any:
         If pandas is not installed; says how to install it.
     """
     shape = diagram.shares.shape
-    cells: dict[str, Any] = {"damping": diagram.dampings[:, None], "rate": diagram.rates}
+    across, up = diagram.over
+    cells: dict[str, Any] = {up: diagram.y[:, None], across: diagram.x}
     cells |= {"cell": diagram.outcome, "runs": diagram.runs, "doubt": diagram.uncertainty}
     columns = {
         name: np.repeat(np.broadcast_to(values, shape[:2]).ravel(), shape[2])
@@ -375,10 +362,10 @@ def frame(diagram: Diagram) -> Any:
     }
     columns["outcome"] = np.tile(np.array(diagram.outcomes), shape[0] * shape[1])
     columns["share"] = np.array(diagram.shares).ravel()
-    order = ["rate", "damping", "outcome", "share", "cell", "runs", "doubt"]
+    order = [across, up, "outcome", "share", "cell", "runs", "doubt"]
     result = library("pandas", "to_pandas").DataFrame({name: columns[name] for name in order})
     result.attrs.update(
-        units={"rate": speed_unit(diagram.scene), "damping": "1/s"},
+        units={name: unit_of(name, diagram.scene) for name in diagram.over},
         kind=diagram.kind,
         folds=[float(control) for control in diagram.folds],
         model=diagram.model,
@@ -391,10 +378,9 @@ def frame(diagram: Diagram) -> Any:
 
 
 def html(diagram: Diagram) -> str:
-    """A table of cells for a notebook: the outcome of each, damping (1/s) down and rate across."""
-    unit = "" if diagram.scene.drive == "left" else f" ({speed_unit(diagram.scene)})"
-    columns = [f"nu \\ rate{unit}", *(f"{rate:.3g}" for rate in diagram.rates)]
-    rows = [
-        [f"{nu:.3g}", *map(str, cells)] for nu, cells in zip(diagram.dampings, diagram.outcome, strict=True)
-    ]
+    """A table of cells for a notebook: the outcome of each, as in the figure."""
+    across, up = diagram.over
+    unit = "" if diagram.scene.drive == "left" or across != "rate" else f" ({unit_of(across, diagram.scene)})"
+    columns = [f"{'nu' if up == 'damping' else up} \\ {across}{unit}", *(f"{x:.3g}" for x in diagram.x)]
+    rows = [[f"{y:.3g}", *map(str, cells)] for y, cells in zip(diagram.y, diagram.outcome, strict=True)]
     return html_table(repr(diagram), columns, rows[::-1])
