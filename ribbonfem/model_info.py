@@ -9,7 +9,6 @@ from types import ModuleType
 from typing import Any
 
 from .frozen import Frozen
-from .scene import Scene
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,8 @@ class ModelInfo:
     order: of folds and snaps in the mesh, of the options.
     size: what goes to zero as the mesh is refined (L), of the options.
     at_rest, in_motion: unknowns, of the options.
-    settled: the mesh of a motion of a scene, where the signature leaves it open.
+    settled: the mesh of a motion, where the signature leaves it open: of a scene and, where it is not that of
+        `simulate`, a tolerance (L; None of fixed steps).
     """
 
     name: str
@@ -39,7 +39,7 @@ class ModelInfo:
     size: Callable[[Mapping[str, Any]], float]
     at_rest: Callable[[Mapping[str, Any]], int]
     in_motion: Callable[[Mapping[str, Any]], int]
-    settled: Callable[[Scene], int] | None = None
+    settled: Callable[..., int] | None = None
 
     def __hash__(self) -> int:
         return hash((self.name, self.mesh))

@@ -38,8 +38,9 @@ _NEAR = 0.06
 _SLOW = 0.1
 # folds closer than this, relative, are images of each other
 _SAME = 1e-6
-# elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), or 1e-6 (ribbons)
-_SETTLED = 8
+# elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), to 1e-6 (ribbons), or to
+# 1e-4 up to dL/L .6
+_SETTLED = {"quasilinear": 8, "kirchhoff": 8, "elastica": 4}
 
 
 def name_shape(positions: Array, compression: float, *, flat: float = 1e-6) -> str:
@@ -296,8 +297,8 @@ def _passes(history: History, control: float) -> float | None:
 def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
     """Raise a `ValueError` if folds are of another rig, ribbon, model or mesh than a run.
 
-    A bare `Fold` is taken, and finite elements may be more or fewer as long as there are 8 of them: from
-    there on their folds differ by less than outcomes depend on.
+    A bare `Fold` is taken, and finite elements may be more or fewer as long as there are 8 of them, 4 of the
+    elastica: from there on their folds differ by less than outcomes depend on.
     """
     if not isinstance(history, History):
         raise ValueError(f"history = {shown(history)}: a History is needed")
@@ -311,7 +312,8 @@ def require_folds_of(history: History, folds: tuple[Fold, ...]) -> None:
         if fold.model and history.model:
             pairs.append(("model", fold.model, history.model))
         mesh = [name for name in MESH if name in fold.options and name in history.options]
-        if "elements" in mesh and min(fold.options["elements"], history.options["elements"]) >= _SETTLED:
+        fewest = _SETTLED.get(history.model, 8)
+        if "elements" in mesh and min(fold.options["elements"], history.options["elements"]) >= fewest:
             mesh.remove("elements")
         pairs += [(name, fold.options[name], history.options[name]) for name in mesh]
         for name, of_fold, of_run in pairs:

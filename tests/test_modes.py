@@ -169,7 +169,7 @@ def test_runs_and_folds_by_their_defaults_are_of_one_model():
         result = der.modes.events(model.simulate(beam), model.folds(beam))
         assert result["alpha_c"].time < result["snap"].time
     with pytest.raises(ValueError, match=r"folds\[0\]: elements = 4"):
-        der.modes.events(elastica.simulate(beam), elastica.folds(beam, elements=4))
+        der.modes.events(quasilinear.simulate(beam), quasilinear.folds(beam, elements=4))
 
 
 def test_a_mid_tangent_that_turns_over_at_rest_before_the_first_fold_is_no_snap():

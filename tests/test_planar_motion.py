@@ -69,8 +69,9 @@ def test_a_run_that_is_gone_on_from_at_a_kink_is_the_whole_to_the_last_bit(metho
         scene = Scene(**base, schedule=Schedule(times, values, kind="linear"))
         given = {"method": method, "elements": 5, "tolerance": 1e-4, "extensible": extensible}
         if method == "generalised-alpha" and extensible:
-            # by default it hardly damps waves along the ribbon, and rounding decides how many steps they cost
-            given["spectral_radius"] = 0.2
+            # by default it hardly damps waves along the ribbon, and rounding decides how many steps they
+            # cost, or whether their energy grows: with .2 still, with .1 no longer
+            given["spectral_radius"] = 0.1
         return elastica.simulate(scene, **given, **options)
 
     whole, first = run((0, 1, 2), (0, 0.1, 0.4)), run((0, 1), (0, 0.1))

@@ -154,10 +154,15 @@ def test_what_cannot_be_refined_is_named(model, quantity, over, options, named):
 
 
 def test_unknowns_are_counted_as_the_models_have_them():
-    assert unknowns("der", {"nodes": 51}, False) == 4 * 51 - 15
-    assert unknowns("quasilinear", {"elements": 8}, True) == 15
-    assert unknowns("elastica", {}, False) == 5 * 16 + 1
-    assert unknowns("quasilinear", {}, True) == 16
+    beam = Scene(compression=0.2, shear=0.0, start="U+", rate=1.0, stop=1.0)
+    assert unknowns("der", {"nodes": 51}, beam, False) == 4 * 51 - 15
+    assert unknowns("quasilinear", {"elements": 8}, beam, True) == 15
+    assert unknowns("quasilinear", {"elements": 1, "degree": 11}, beam, True) == 9
+    assert unknowns("elastica", {}, beam, False) == 5 * 16 + 1
+    # its mesh is of the scene where nobody gives one
+    for compression, elements in ((0.2, 4), (0.4, 8)):
+        assert unknowns("elastica", {}, replace(beam, compression=compression), True) == 25 * elements - 3
+    assert unknowns("quasilinear", {}, beam, True) == 16
     assert set(QUANTITIES) >= {"fold", "first fold", "snap", "first snap", "shape", "energy", "height"}
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from compare.limits import ROUNDING, Limit, Value, richardson, root_mean_square
+from compare.models import MODEL_INFO
 from ribbonfem import Scene
 from ribbonfem.frozen import called_later, html_table
 from ribbonfem.options import OptionError, a_scene, number, positive, whole_number
@@ -35,7 +36,6 @@ from .measure import (
     Quantity,
     Shape,
     forget,
-    mesh_of,
     name_of,
     order_of,
     require_monotone,
@@ -242,6 +242,10 @@ def convergence(
     key, values = _over(name, function, over, 3 if reference is None else 2)
     if not callable(quantity):
         require_options(name, function, options)
+        declared = MODEL_INFO[name]
+        if key == "tolerance" and declared.settled is not None and options.get(declared.mesh) is None:
+            # one mesh for all: which one a motion takes by itself depends on its tolerance
+            options = {**options, declared.mesh: declared.settled(scene, min(values))}
     # compiled before any clock starts
     result.measure(name, scene, {**options, key: values[0]})
     raw, seconds = zip(*(result.measure(name, scene, {**options, key: v}) for v in values), strict=True)
@@ -284,7 +288,7 @@ def convergence(
         dofs=tuple(
             unknowns(
                 name,
-                {**mesh_of(name, options), **({key: v} if key in MESHES else {})},
+                {**options, key: v},
                 scene,
                 function != "folds",
             )

@@ -88,7 +88,9 @@ def unknowns(name: str, options: Mapping[str, Any], scene: Scene, dynamic: bool)
     declared = MODEL_INFO[name]
     full = {**defaults_of(name, "simulate" if dynamic else "folds"), **options}
     if full[declared.mesh] is None and declared.settled is not None:
-        full[declared.mesh] = declared.settled(scene)
+        stepping = any(options.get(name) is not None for name in ("tolerance", "step"))
+        # (steps that are given have no tolerance)
+        full[declared.mesh] = declared.settled(scene, *([options.get("tolerance")] if stepping else []))
     return declared.in_motion(full) if dynamic else declared.at_rest(full)
 
 

@@ -21,17 +21,20 @@ from .problem import Statics
 
 ELEMENTS, TOLERANCE = 8, 3e-5
 # where one clamp alone turns a beam compressed by no more than this, fewer leave as little (9e-6 rad of a
-# fold at .3, 2e-6 at .2) in half the time: their four are one step of SIMD
-_FEW, _LIGHTLY = 4, 0.3
+# fold at .3, 2e-6 at .2) as steps of this tolerance do, in half the time: their four are one step of SIMD
+_FEW, _LIGHTLY, _ROUGHLY = 4, 0.3, 1e-5
 
 
-def elements_for(scene: Scene, initial: RestState | History | None = None) -> int:
+def elements_for(
+    scene: Scene, tolerance: float | None = TOLERANCE, initial: RestState | History | None = None
+) -> int:
     """How many elements a motion has where nobody says so: as what it begins with, or as the scene needs."""
     if isinstance(initial, History):
         return max((len(initial.arclength) - 1) // P, _FEW)
     if isinstance(initial, RestState):
         return max((len(initial.s) - 1) // P, _FEW)
-    return _FEW if scene.usual and scene.compression <= _LIGHTLY else ELEMENTS
+    light = scene.usual and scene.compression <= _LIGHTLY
+    return _FEW if light and tolerance is not None and tolerance >= _ROUGHLY else ELEMENTS
 
 
 @checked
@@ -55,7 +58,8 @@ def simulate(
     ----------
     scene: a planar scene with a `stop` or a `schedule`.
     elements: of degree 5, at least 4; errors fall as elements^-10.  By default those of `initial`; 4 where
-        one clamp alone turns a beam compressed by at most .3 and nothing else acts; 8 elsewhere.
+        one clamp alone turns a beam compressed by at most .3, nothing else acts and the tolerance is 1e-5 or
+        more; 8 elsewhere.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method, step, spectral_radius, every: as in `kirchhoff.simulate`.
     tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 3e-6 rad in a snap's angle in
@@ -80,7 +84,7 @@ def simulate(
     control = Control.of(method, step, tolerance, until, spectral_radius, TOLERANCE, methods=ALL_METHODS)
     scene.require_stop()
     control.require_elastic(method, scene)
-    elements = elements_for(scene, initial) if elements is None else elements
+    elements = elements_for(scene, control.tolerance, initial) if elements is None else elements
     if initial is None:
         problem, start = states.named(scene, elements, extensible)
         begin = {"u": initial_states.at_rest(problem, solution(problem, start, scene.begin))}
