@@ -85,13 +85,18 @@ def test_a_change_along_the_shear_is_that_of_a_threshold(over_shear):
         assert abs(result.value - change.value) <= 2.0 * (change.uncertainty + result.uncertainty)
 
 
-def test_where_there_is_no_such_state_it_says_so():
-    result = drawn(RAMP, {"shear": (0.40, 0.70, 2), "damping": (5.0, 30.0, 2)}, samples=1, boundaries=False)
-    assert [failed.x for failed in result.failed] == pytest.approx([0.70, 0.70])
-    assert all("not a stable equilibrium" in failed.reason for failed in result.failed)
-    assert (result.outcome[:, 1] == "").all()
-    assert (result.outcome[:, 0] != "").all()
-    assert np.isnan(result.shares[:, 1]).all()
+def test_where_there_is_no_such_state_it_says_so_and_ends_at_the_pitchfork():
+    """U+S+ begins at the shear of the pitchfork from the planar state."""
+    result = drawn(RAMP, {"shear": (0.30, 0.36, 2), "damping": (3.0, 5.0, 2)}, samples=1)
+    assert not result.failed
+    assert (result.outcome[:, 0] == "no state").all()
+    assert (result.outcome[:, 1] == "no skip").all()
+    assert all("not a stable equilibrium" in s.reason for s in result.samples if s.outcome == "no state")
+    begins = kirchhoff.pitchforks(0.40, elements=8, extensible=True).broken
+    for change in (change for change in result.boundaries if change.along == "shear"):
+        assert (change.below, change.above) == ("no state", "no skip")
+        assert abs(change.value - begins) <= change.uncertainty
+    assert repr(result).startswith("Diagram(skipping at dL/L 0.4, 0.5 rad/s over shear and damping, kirch")
 
 
 def test_where_the_stop_varies_it_is_asked_in_which_shape_a_ramp_ends(tmp_path):

@@ -179,8 +179,8 @@ def outcome_diagram(
 
     Returns
     -------
-    `Diagram`.  Its `failed` has the runs that cannot begin, too: where there is no such state, or none to
-        skip.  Folds and states are found anew for each run, but where rate and damping vary.
+    `Diagram`.  Its outcomes have "no state" too, where the ribbon has not got its start, or nothing to skip;
+        `samples` say why.  Folds and states are found anew for each run, but where rate and damping vary.
 
     Raises
     ------

@@ -25,7 +25,7 @@ from .setup import RATE_AND_DAMPING, Sample
 
 @dataclass(frozen=True)
 class Failed:
-    """A run that did not end, or could not begin, and why; x and y as of a `Sample`."""
+    """A run that did not end, and why; x and y as of a `Sample`."""
 
     x: float
     y: float
@@ -40,9 +40,23 @@ def told(scene: Scene) -> tuple[str, ...]:
     return (*((scene.start,) if scene.start != "U+S+" else ()), *scene.rig)
 
 
-def stop_in_words(scene: Scene) -> str:
-    """Where a ramp stops, as the last part of a list; empty where it does not."""
-    return "" if scene.stop is None else f", stop {scene.stop:g} {scene.drives.unit}".rstrip()
+def place(scene: Scene, over: tuple[str, str], form: str = "g") -> str:
+    """(dL/L, dW/L), or that of both which does not vary, and of other diagrams the rate and the damping."""
+    own = {"dL/L": ("compression", scene.compression), "dW/L": ("shear", scene.shear)}
+    fixed = {name: f"{value:{form}}" for name, (field, value) in own.items() if field not in over}
+    parts = [f"({', '.join(fixed.values())})"] if len(fixed) == 2 else [f"{n} {v}" for n, v in fixed.items()]
+    if "damping" not in over:
+        parts.append(f"nu {scene.damping:g}")
+    if "rate" not in over:
+        parts.append(f"{scene.rate:g} {unit_of('rate', scene)}")
+    return ", ".join(parts)
+
+
+def stop_in_words(scene: Scene, over: tuple[str, str] = RATE_AND_DAMPING) -> str:
+    """Where a ramp stops, as the last part of a list; empty where it does not, or where that varies."""
+    if scene.stop is None or "stop" in over:
+        return ""
+    return f", stop {scene.stop:g} {scene.drives.unit}".rstrip()
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -122,10 +136,10 @@ class Diagram(Value):
         counts = Counter(str(name) or "no run ended" for name in self.outcome.ravel())
         cells = ", ".join(f"{count} {name}" for name, count in counts.most_common())
         scene = self.scene
-        where = ", ".join((f"({scene.compression:g}, {scene.shear:g})", *told(scene)))
+        where = ", ".join((place(scene, self.over), *told(scene)))
         over = "" if self.over == RATE_AND_DAMPING else f" over {' and '.join(self.over)}"
         return (
-            f"Diagram({self.kind} at {where}{stop_in_words(scene)}{over}, {self.model}, "
+            f"Diagram({self.kind} at {where}{stop_in_words(scene, self.over)}{over}, {self.model}, "
             f"{len(self.y)} x {len(self.x)} cells of {int(self.runs.sum())} runs;\n"
             f"  {cells};\n  {len(self.boundaries)} boundaries, {len(self.failed)} runs failed"
             + "".join(f";\n  no line of {name}: {why}" for name, why in self.unpredicted.items())

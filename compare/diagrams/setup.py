@@ -32,6 +32,8 @@ SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
 SELECTION = ("U+S+", "U+S-", "U-S+", "U-S-")
 # what usually varies
 RATE_AND_DAMPING = ("rate", "damping")
+# where another number does, and a ribbon has not got its start, or nothing to skip
+NO_STATE = "no state"
 # rad: the turn or twist of a clamp at which a ramp that has not snapped is given up
 _FAR = 2.0 * math.pi
 # to see in which well a run is when it ends: damping (1/t*), times t* that it is followed, tolerance (L)
@@ -190,10 +192,11 @@ def run_of(base: Setup, x: float, y: float) -> Sample:
         if base.over != RATE_AND_DAMPING:
             base = _found(base)
         outcome, snaps, reason = _run(base)
-    except (SceneError, SolverError) as error:
-        # (where two numbers of a scene vary, not every ribbon has its start, or a shape to skip)
-        if isinstance(error, SceneError) and base.over == RATE_AND_DAMPING:
+    except SceneError as error:
+        if base.over == RATE_AND_DAMPING:
             raise
+        return Sample(x, y, NO_STATE, None, None, str(error).splitlines()[0])
+    except SolverError as error:
         return Sample(x, y, "", None, None, str(error).splitlines()[0])
     first, second = (None if snap is None else snap[1] for snap in snaps)
     return Sample(x, y, outcome, first, second, reason)

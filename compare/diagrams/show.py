@@ -20,8 +20,8 @@ from ribbonfem.output.tables import library
 from .axes import label as axis_label
 from .axes import unit_of
 from .predictions import TYPE_1, TYPE_2
-from .result import Diagram, stop_in_words, told
-from .setup import RATE_AND_DAMPING, mesh_of
+from .result import Diagram, place, stop_in_words, told
+from .setup import NO_STATE, RATE_AND_DAMPING, mesh_of
 
 COLOURS = {
     "no skip": "#2a9d5c",
@@ -37,6 +37,7 @@ COLOURS = {
     "U-": "#c1121f",
     "S+": "#457b9d",
     "S-": "#f4a261",
+    NO_STATE: "#dddddd",
 }
 # of a second state of the same signs
 _OTHER = "#6d597a"
@@ -112,11 +113,11 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
 def label(diagram: Diagram) -> str:
     """Compression, shear, another rig than the usual one, stop, model and mesh."""
     scene, mesh = diagram.scene, mesh_of(diagram.model, diagram.options)
-    stop = stop_in_words(scene)
+    stop = stop_in_words(scene, diagram.over)
     if scene.drive == "left":
         stop = stop.removesuffix(" rad")
     size = f"{mesh[MESH[diagram.model]]} {MESH[diagram.model]}"
-    where = ", ".join((f"({scene.compression:.2f}, {scene.shear:.2f})", *told(scene)))
+    where = ", ".join((place(scene, diagram.over, ".2f"), *told(scene)))
     return f"{where}{stop}, {diagram.model}, {size}"
 
 
