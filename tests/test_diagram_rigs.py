@@ -254,9 +254,9 @@ def test_words_and_numbers_name_the_control_with_its_unit():
     assert all(row[-2:] == ["lift", "L/s"] for row in rows[1:])
     assert made.to_pandas().attrs["units"]["rate"] == "L/s"
     assert "rate (L/s)" in made._repr_html_()
-    axes = made.plot()
-    assert axes.get_xlabel() == "rate of lift (L/s)"
-    assert "lift driven" in axes.get_title()
+    panel = made.plot()
+    assert panel.get_xlabel() == "rate of lift (L/s)"
+    assert "lift driven" in panel.get_title()
     plt.close("all")
     drive = Drive(left=1.0, right=0.3)
     other = replace(made, scene=replace(made.scene, drive=drive, preset={}, stop=0.1))
