@@ -205,7 +205,7 @@ def test_threshold_of_type_2_in_the_limit_of_the_mesh():
         (lambda: skipping_diagram(0.4, 0.4, boundaries=1), "boundaries"),
         (lambda: skipping_diagram(0.4, 0.4, nodes=3), "nodes"),
         (lambda: threshold(Scene(), between=(2.0, 1.0)), "between"),
-        (lambda: threshold(Scene(), vary="width"), "vary"),
+        (lambda: threshold(Scene(), vary="speed"), "vary"),
         (lambda: threshold(Scene(), "type 3"), "outcome"),
         (lambda: threshold(Scene(), "U+S-"), "Scene.stop"),
         (lambda: threshold(replace(Scene(), start="U+S-")), "Scene.start"),

@@ -170,3 +170,16 @@ def test_coordinates_of_an_axis(name, values):
 def test_what_cannot_be_is_refused(scene, over, error, says):
     with pytest.raises(error, match=says):
         compare.outcome_diagram(scene, over)
+
+
+def test_a_threshold_is_of_any_number_too():
+    """Of the modulus as of the rate: at rest it has no part, and in motion it is the time that it makes."""
+    scene = replace(RAMP, rate=0.5, damping=10.0)
+    with Sweep(processes=1) as sweep:
+        young = compare.threshold(scene, "type 2", "young", (5e7, 2e8), sweep=sweep, **ASKED)
+    # the same ribbon in its own time: a rate and a damping by the square root of the modulus
+    share = (young.value / RAMP.ribbon.young) ** 0.5
+    own = replace(scene, damping=10.0 / share)
+    with Sweep(processes=1) as sweep:
+        rate = compare.threshold(own, "type 2", "rate", (0.3 / share, 0.8 / share), sweep=sweep, **ASKED)
+    assert abs(rate.value * share / 0.5 - 1.0) < 2.0 * (rate.uncertainty / rate.value + 0.01)

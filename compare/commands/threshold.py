@@ -19,7 +19,7 @@ def main(
     scene: Path,
     *,
     between: tuple[float, float],
-    vary: Literal["rate", "damping", "compression", "shear", "stop"] = "rate",
+    vary: str = "rate",
     outcome: str = "type 2",
     tolerance: float = 0.01,
     model: Literal["der", "kirchhoff"] = "der",

@@ -132,6 +132,12 @@ def axis_of(name: str, given: object, called: str) -> Axis:
     return Axis(name, low + (high - low) * share)
 
 
+def numbers_of(scene: Scene) -> tuple[str, ...]:
+    """The names of the numbers that may vary in a scene."""
+    presets = [name for name in CONTROLS if name not in (*scene.drives.moved, *OF_SCENE)]
+    return (*OF_SCENE, *OF_RIBBON, *presets)
+
+
 def axes_of(scene: Scene, over: object) -> tuple[Axis, Axis]:
     """The two axes of a mapping of names to (low, high, count), across first.
 
@@ -147,9 +153,8 @@ def axes_of(scene: Scene, over: object) -> tuple[Axis, Axis]:
             f"over = {over!r}: two numbers of the scene are needed, as "
             "{'shear': (0.3, 0.4, 11), 'rate': (0.01, 1.0, 20)}"
         )
-    presets = [name for name in CONTROLS if name not in (*scene.drives.moved, *OF_SCENE)]
     for name in over:
-        choice("over", name, (*OF_SCENE, *OF_RIBBON, *presets))
+        choice("over", name, numbers_of(scene))
     across, up = (axis_of(name, given, f"over[{name!r}]") for name, given in over.items())
     for x in across.values[[0, -1]]:
         for y in up.values[[0, -1]]:

@@ -16,11 +16,11 @@ from ribbonfem.frozen import Value
 from ribbonfem.options import OptionError, choice, positive, whole_number
 from ribbonfem.scene import RIBBON_STATES
 
+from .axes import numbers_of, scene_at
 from .boundaries import Line, search
 from .setup import SKIPPING, mesh_of, require_runs, run_of, setup
 from .states import two_folds
 
-VARIED = ("rate", "damping", "compression", "shear", "stop")
 # meshes that follow each other: rods with half the edge, elements by a third more; the first are the default
 _MESHES = {"der": (51, 100, 198, 394), "kirchhoff": (6, 8, 12)}
 # of the tolerance: what bisection may take of it
@@ -111,8 +111,7 @@ class Trial:
 
 def outcome_of(trial: Trial) -> str:
     """The outcome of a trial; empty if it failed."""
-    change: dict[str, Any] = {trial.vary: trial.value}
-    scene = replace(trial.scene, **change)
+    scene = scene_at(trial.scene, {trial.vary: trial.value})
     if not trial.selection:
         scene = replace(scene, stop=None, hold=0.0)
     try:
@@ -127,7 +126,7 @@ def _checked(
 ) -> tuple[float, float]:
     if not isinstance(scene, Scene):
         raise OptionError(f"scene = {scene!r}: a Scene is needed")
-    choice("vary", vary, VARIED)
+    choice("vary", vary, numbers_of(scene))
     choice("outcome", outcome, (*SKIPPING, *RIBBON_STATES))
     if scene.schedule is not None:
         raise SceneError(f"Scene.schedule = {scene.schedule!r}: thresholds are of ramps at a constant rate")
@@ -229,8 +228,8 @@ def threshold(
     scene: of any drive, at a positive rate; for a shape as outcome, with a `stop`.
     outcome: "no skip", "type 1", "type 2", "first only", "none" (of ramps that `skipping_diagram` takes), or
         the name of a shape to be selected.
-    vary: "rate", "damping", "compression", "shear" or "stop".
-    between: values between which to look.
+    vary: "rate", "damping", "compression", "shear", "stop", or another number as in `outcome_diagram`.
+    between: values between which to look, positive.
     tolerance: relative, of the limit.
     model: "der" or "kirchhoff"; meshes are refined until the limit is known, or `nodes` or `elements` are
         given: then it is that mesh's value.
