@@ -33,6 +33,7 @@ PROBLEM = {
         "rows",
         "drive",
         "schedule",
+        "csv_columns",
     )
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
