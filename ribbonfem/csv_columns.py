@@ -12,14 +12,35 @@ from .ribbon import SceneError, as_number, shown
 
 Array = NDArray[np.float64]
 
+# cells that say that nothing was measured
+_MISSING = ("", "nan", "na", "n/a", "-")
 
-def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array:
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return cell.strip().lower() in _MISSING
+    return True
+
+
+def columns(path: str | Path, wanted: tuple[str | int, ...], what: str, *, missing: bool = False) -> Array:
     """Columns (rows, len(wanted)) of a file of numbers, by name or number.
+
+    Columns are separated by commas, semicolons or tabs.  Lines that begin with # are comments; where no row
+    of names stands above the numbers, the last comment there is one, if it has a name for each column.
+
+    Parameters
+    ----------
+    path: of the file.
+    wanted: the columns.
+    what: who asks, for messages.
+    missing: whether a cell may be empty, or "nan": it is NaN then.
 
     Raises
     ------
     SceneError
-        If one is not there, or a cell holds no number; names the row.  For a file that is not in UTF-8.
+        If one is not there, or a cell holds no number; names the line.  For a file that is not in UTF-8.
     OSError
         If the file cannot be read.
     """
@@ -27,40 +48,47 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str) -> Array
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"{what}: {path}: no text in UTF-8, by its byte {error.start + 1}") from None
-    first = text.split("\n", 1)[0]
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    told = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
+    first = told[0][1] if told else ""
     separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
-    rows = [
-        row for row in csv.reader(text.splitlines(), delimiter=separator) if any(cell.strip() for cell in row)
-    ]
-    if not rows:
+    numbered = list(zip((k for k, _ in told), _cells([line for _, line in told], separator), strict=True))
+    numbered = [(k, row) for k, row in numbered if any(cell.strip() for cell in row)]
+    if not numbered:
         raise SceneError(f"{what}: {path}: an empty file")
-    names = [cell.strip() for cell in rows[0]]
-    try:
-        [float(cell) for cell in names]
-        names = []
-    except ValueError:
-        rows = rows[1:]
-    if not rows:
+    names = [cell.strip() for cell in numbered[0][1]]
+    if all(map(_is_number, names)):
+        above = [line.lstrip("# \t") for k, line in lines if k < numbered[0][0]][-1:]
+        cells = [cell.strip() for cell in _cells(above, separator)[0]] if above else []
+        names = cells if len(cells) == len(names) else []
+    else:
+        numbered = numbered[1:]
+    if not numbered:
         raise SceneError(f"{what}: {path}: no row below the names {', '.join(names)}")
+    count = len(numbered[0][1])
     places = []
     for column in wanted:
         if isinstance(column, str) and column in names:
             places.append(names.index(column))
-        elif (
-            isinstance(column, int)
-            and not isinstance(column, bool)
-            and 0 <= column < len(rows[0] if rows else names)
-        ):
+        elif isinstance(column, int) and not isinstance(column, bool) and 0 <= column < count:
             places.append(column)
         else:
-            there = ", ".join(names) or f"{len(rows[0])} without names"
+            there = ", ".join(names) or f"{count} without names"
             raise SceneError(f"{what}: {path}: no column {column!r}; there are {there}")
-    result = np.empty((len(rows), len(places)))
-    for k, row in enumerate(rows):
+    result = np.empty((len(numbered), len(places)))
+    for row, (line, cells) in enumerate(numbered):
         for c, place in enumerate(places):
+            cell = cells[place] if place < len(cells) else ""
+            if missing and cell.strip().lower() in _MISSING and place < len(cells):
+                result[row, c] = np.nan
+                continue
             try:
-                result[k, c] = as_number(float(row[place]))
-            except (ValueError, IndexError):
-                cell = row[place] if place < len(row) else ""
-                raise SceneError(f"{what}: {path}: row {k + 1}: {shown(cell)} is no finite number") from None
+                result[row, c] = as_number(float(cell))
+            except ValueError:
+                where = f"line {line}, row {row + 1}"
+                raise SceneError(f"{what}: {path}: {where}: {shown(cell)} is no finite number") from None
     return result
+
+
+def _cells(lines: list[str], separator: str) -> list[list[str]]:
+    return list(csv.reader(lines, delimiter=separator))
