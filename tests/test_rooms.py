@@ -34,6 +34,7 @@ PROBLEM = {
         "drive",
         "schedule",
         "csv_columns",
+        "measured",
     )
 }
 # (a method of Runge and Kutta is data, and knows no mechanics)
