@@ -1,6 +1,7 @@
 """Models side by side: the chooser, diagrams, convergence, commands and their report.
 
 compare.choose(scene, tolerance, quantity).run()   one number, by the cheapest model that will do
+compare.fit(scene, measured, vary=).values         parameters of what was measured, with uncertainties
 compare.convergence(model, scene, quantity, over=) orders and limits under refinement
 compare.outcome_diagram, compare.skipping_diagram, compare.selection_diagram, compare.threshold
                                                    what ramps do over two numbers of a scene
@@ -17,6 +18,7 @@ from typing import Any
 _CALLS = {
     "choose": "compare.chooser.choice",
     "convergence": "compare.quantities.convergence",
+    "fit": "compare.fitting.fit",
     "load": "compare.archive",
     "outcome_diagram": "compare.diagrams",
     "read_scene": "ribbonfem.output.scene_file",
@@ -30,6 +32,7 @@ _CALLS = {
 __all__ = [
     "choose",
     "convergence",
+    "fit",
     "load",
     "outcome_diagram",
     "read_scene",

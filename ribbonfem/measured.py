@@ -84,8 +84,8 @@ class Measured(Value):
     folds: the controls at which a very slow ramp snaps, in order; NaN for one that was not measured.
     uncertainty: one standard deviation, in the unit of the quantity: a number where one quantity is measured,
         or a mapping of names to numbers or columns.  What is left out is estimated, by `compare.fit`, from
-        what its fit leaves.  `time` counts as exact; `control` of states at rest, where nothing is said,
-        to 1e-4 of its range.
+        what its fit leaves.  `time` counts as exact; `control` of states at rest, where nothing is said, as a
+        hundred times as well known as the rest, beside their ranges.
     units: of quantities that are not in those of the results (L, EI2/L^2, EI2/L, rad, s), by name: "m", "mm";
         "N", "mN"; "N m", "N mm"; "deg"; "ms", "min".  SI is converted with the ribbon that is fitted, so that
         a force in N tells its modulus.

@@ -78,6 +78,7 @@ ALLOWED = {
     "compare.quantities": BELOW | _of("quantities", "models", "limits", "archive", "sweep"),
 }
 ALLOWED["compare.chooser"] = ALLOWED["compare.quantities"] | _of("chooser")
+ALLOWED["compare.fitting"] = ALLOWED["compare.chooser"] | _of("fitting")
 ALLOWED["compare.external"] = ALLOWED["compare.quantities"] | _of("external")
 ALLOWED["compare.diagrams"] = ALLOWED["compare.chooser"] | _of("diagrams", "report")
 # an example asks as a user does: public names of `compare`, and the models

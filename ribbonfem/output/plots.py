@@ -1,4 +1,4 @@
-"""The `plot()` of each result: motion, curve of equilibria, state at rest, convergence."""
+"""The `plot()` of each result: motion, curve of equilibria, state at rest, convergence, fit."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import numpy as np
 
 from ribbonfem import Branch, History
 from ribbonfem.frozen import html_table, some_rows
+from ribbonfem.measured import in_own_units
 from ribbonfem.results import RestState
 
 from .curve import Curve
 from .perspective import box
 from .style import control_label, draw_curve, drawn
 from .surface import of_rest
+
+# data up to which each has an error bar
+_FEW = 60
 
 
 def _heights(axes: Any, result: History | Branch) -> Any:
@@ -132,3 +136,85 @@ def convergence(result: Any, axes: Any = None, **line: Any) -> Any:
     axes.set(xlabel=f"size ({result.over})", ylabel=f"error of the {result.quantity}")
     axes.legend()
     return axes
+
+
+@drawn()
+def fit(result: Any, axes: Any = None, *, quantity: str | None = None, scene: int = 0, **line: Any) -> Any:
+    """What was measured and what a `Fit` predicts, over time, control or scenes; residuals above.
+
+    Parameters
+    ----------
+    result: the fit.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
+    quantity: the name of what is drawn; by default the first that was measured.
+    scene: which of several, from 0; events are drawn over all of them.
+    line: what `Axes.plot` takes, of the line of the fit.
+
+    Returns
+    -------
+    The axes; above them in `axes.child_axes[0]` are the residuals, in standard deviations.
+
+    Raises
+    ------
+    ValueError
+        For a quantity that was not measured.
+    """
+    data, drives = result.measured[scene], result.scenes[scene].drives
+    name = data.measured[0] if quantity is None else quantity
+    if name not in data.measured:
+        raise ValueError(f"quantity = {name!r}: must be one of {', '.join(data.measured)}")
+    events = name not in data.columns
+    which = [k for k, each in enumerate(result.measured) if name in each.measured] if events else [scene]
+    rows = [
+        (result.measured[k].values(name), result.predicted[k][name], result.sigma[k][name]) for k in which
+    ]
+    measured, predicted, sigma = (np.concatenate(each) for each in zip(*rows, strict=True))
+    found = (f"{key} {text}" for key, text in result.texts.items())
+    style = {"color": "C1", "label": "fit\n" + "\n".join(found)} | line
+    if events:
+        over, label = _over_scenes(result, which, name)
+        axes.plot(over, predicted, **({"marker": "x", "ls": "none"} | style))
+    elif data.time is not None:
+        over, label = data.values("time"), f"time ({data.unit('time')})"
+        axes.plot(*_fitted_motion(result, scene, name, np.nanmax(over), predicted), **style)
+    else:
+        over, label = data.values("control"), f"control ({data.unit('control', drives.unit)})"
+        curve, ribbon = result.curves[scene], result.scenes[scene].ribbon
+        x, z = (in_own_units(data.unit(each, drives.unit), ribbon) for each in ("control", name))
+        draw_curve(
+            axes, curve.control / x, getattr(curve, name) / z, curve.stable, style["color"], style["label"]
+        )
+    few = len(over) <= _FEW
+    bars = sigma if few else None
+    axes.errorbar(over, measured, bars, fmt=".", color="C0", ms=5 if few else 3, label="measured", zorder=1)
+    above = axes.inset_axes((0.0, 1.04, 1.0, 0.24), sharex=axes)
+    above.axhspan(-1.0, 1.0, color="0.92")
+    above.plot(over, (measured - predicted) / sigma, ".", color="C0", ms=4 if few else 2)
+    above.set_ylabel(r"residual / $\sigma$")
+    above.tick_params(labelbottom=False)
+    axes.set(xlabel=label, ylabel=f"{name} ({data.unit(name, drives.unit)})")
+    axes.legend()
+    return axes
+
+
+def _fitted_motion(result: Any, scene: int, name: str, last: float, predicted: Any) -> tuple[Any, Any]:
+    """Time and quantity of the motion in the units of what was measured: of heights at every step."""
+    data, ribbon = result.measured[scene], result.scenes[scene].ribbon
+    if name != "height":
+        order = np.argsort(data.values("time"))
+        return data.values("time")[order], predicted[order]
+    offset = result.values.get("offset", result.values.get(f"offset {scene + 1}", 0.0))
+    time, _, height, *_ = result.histories[scene].track
+    clock = (time + offset) / in_own_units(data.unit("time"), ribbon)
+    return clock[clock <= last], height[clock <= last] / in_own_units(data.unit(name), ribbon)
+
+
+def _over_scenes(result: Any, which: list[int], name: str) -> tuple[Any, str]:
+    """What events are drawn over: rates where they differ, else numbers of scenes; of folds their own."""
+    counts = [len(result.measured[k].values(name)) for k in which]
+    rates = [result.scenes[k].rate for k in which]
+    if len(set(rates)) > 1:
+        return np.repeat(rates, counts), "rate (1/s)"
+    if len(which) == 1:
+        return np.arange(1, counts[0] + 1), "number"
+    return np.repeat(np.array(which) + 1, counts), "scene"

@@ -167,6 +167,38 @@ def convergence_frame(result: Any) -> Any:
     return frame
 
 
+def fit_frame(result: Any) -> Any:
+    """A `Fit` as a `pandas.DataFrame`, a row a datum, in the units of what was measured.
+
+    Returns
+    -------
+    Columns scene (its number, from 0), quantity, over (its time, or its control at rest; NaN of events),
+    measured, predicted, residual, uncertainty, unit; `attrs` has values, uncertainty and model_error by name,
+    chi2, degrees, converged, and model, scene and options.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed; says how to install it.
+    """
+    pandas = library("pandas", "to_pandas")
+    parts = []
+    for k, (data, left) in enumerate(zip(result.measured, result.residual, strict=True)):
+        for name in left:
+            rows = name in data.columns
+            over = (data.values("time" if data.time is not None else "control")) if rows else np.nan
+            columns = {"scene": k, "quantity": name, "over": over, "measured": data.values(name)}
+            columns |= {"predicted": np.array(result.predicted[k][name]), "residual": left[name]}
+            columns |= {"uncertainty": np.array(result.sigma[k][name])}
+            unit = data.unit(name, result.scenes[k].drives.unit)
+            parts.append(pandas.DataFrame(columns | {"unit": unit}))
+    frame = pandas.concat(parts, ignore_index=True)
+    named = {name: dict(getattr(result, name)) for name in ("values", "uncertainty", "model_error")}
+    told = {name: getattr(result, name) for name in ("chi2", "degrees", "converged")}
+    frame.attrs.update(named, **told, **_about(result))
+    return frame
+
+
 def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shapes: dict[str, Any]) -> Any:
     """Columns along one dimension, and arrays (rows, nodes, 3) and others of the shapes."""
     xarray = library("xarray", "to_xarray")

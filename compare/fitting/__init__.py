@@ -1,0 +1,1 @@
+"""Parameters of scenes and ribbons fitted to what was measured on the bench."""

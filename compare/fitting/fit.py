@@ -1,0 +1,249 @@
+"""`fit`: parameters of a scene from what was measured of it, by least squares, with uncertainties.
+
+    data = Measured(time=t, height=z, uncertainty=1e-3)
+    fit = compare.fit(scene, data, vary=("damping", "young"))
+    fit.values["young"], fit.uncertainty["young"]
+
+A prediction that comes of adaptive steps scatters by some of its tolerance as its parameters change: a small
+step of a parameter would see the scatter and not the change.  Derivatives are central differences over half a
+percent of each parameter, where the scatter counts little and the curvature (its square) not yet; and over
+more, where a long vibration makes the model's own error larger than what was measured is uncertain by.  What
+that error does to the values is measured at the end, by one refined run, and where it is not small, the fit
+goes on with finer steps.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from scipy.optimize import OptimizeResult
+
+from compare.models import MODEL_INFO
+from compare.quantities.measure import defaults_of, name_of, require_options
+from ribbonfem import Scene
+from ribbonfem.measured import Measured
+from ribbonfem.options import positive, refuse, whole_number
+from ribbonfem.results import Array
+
+from .inference import IN, Inference, infer
+from .parameters import Parameter, applied, parameters_of
+from .predictions import Model, Record
+from .problem import Problem, deviations_of, records_of
+from .result import SMALL, Fit
+
+# part of a parameter over which derivatives are taken
+STEP = 5e-3
+# tolerances (L) of the first runs, as a part of the smallest uncertainty, and between these
+_PART, _COARSEST, _FINEST = 1e-2, 1e-5, 1e-7
+# how often a tolerance that is too large is made ten times smaller, if the model's error falls so far by it
+_FINER, _WORTH = 2, 0.7
+# how often estimated standard deviations are put in anew, and the change that ends it
+_ROUNDS, _SETTLED = 8, 0.02
+# a last step that would go less far, in standard deviations, is none
+_LEFT = 0.1
+
+
+def _model(
+    records: tuple[Record, ...],
+    parameters: tuple[Parameter, ...],
+    sigma: list[dict[str, Array]],
+    unknown: Mapping[str, str],
+    model: ModuleType | str | None,
+    options: Mapping[str, Any],
+) -> Model:
+    """The cheapest model that takes the scenes, also where what is varied has left its beginning."""
+    moved = [p.start + STEP * p.size(p.start) for p in parameters]
+    planar = all(applied(record.scene, parameters, moved).planar for record in records)
+    name = name_of(model) if model is not None else "elastica" if planar else "kirchhoff"
+    if MODEL_INFO[name].planar and not planar:
+        refuse("model", name, "is planar, and what is varied leaves the plane: kirchhoff or der is needed")
+    require_options(name, "simulate", options, ("initial", "until", "configurations"))
+    given = dict(options)
+    if "extensible" in defaults_of(name, "simulate"):
+        given.setdefault("extensible", True)
+    if given.get("step") is None and given.get("tolerance") is None:
+        known = [
+            float(np.nanmin(each[key])) * record.own(key, record.scene)
+            for record, each in zip(records, sigma, strict=True)
+            for key in each
+            if key not in unknown and key in ("height", "midspan_x", "midspan_y", "snap", "first_snap")
+        ]
+        given["tolerance"] = float(f"{min(max(_PART * min(known, default=1.0), _FINEST), _COARSEST):.3g}")
+    return Model(name, given)
+
+
+def fit(
+    scene: Scene | Sequence[Scene],
+    measured: Measured | Sequence[Measured],
+    vary: Sequence[str] | Mapping[str, tuple[float, float] | None] = ("damping",),
+    *,
+    model: ModuleType | str | None = None,
+    difference: float = STEP,
+    most: int = 60,
+    **options: Any,
+) -> Fit:
+    """Fit parameters to what was measured, by least squares; they begin where the scene has them.
+
+    Parameters
+    ----------
+    scene: what happened on the bench; or several scenes that share the parameters, each with its own
+        `measured`.  A control that has reached its stop is held there as long as rows go on, and rests before
+        it begins.
+    measured: see `ribbonfem.measured.Measured`.
+    vary: names of numbers of `Scene` ("damping", "compression", "shear", "rate", ...) and `Ribbon` ("young"
+        or "ribbon.young", ...), "preset.NAME" of a control that does not move, "offset" (s), by which the
+        clock of `time` is ahead of the scene's; or a mapping of names to bounds (low, high), None for the
+        field's own.  An offset begins in the middle of its bounds.
+    model: the module or its name; by default the elastica of planar scenes, else the Kirchhoff rod, both
+        with stretch.
+    difference: of derivatives, a part of each parameter.
+    most: evaluations of a search.
+    options: of the model's `simulate`; its mesh is that of states at rest too.  Without `tolerance` (or a
+        fixed `step`, by `method`) that is a hundredth of the smallest uncertainty, or 1e-5 L, and is made
+        smaller where the model's error turns out not to be small beside the uncertainty of the values.
+
+    Returns
+    -------
+    `Fit`.
+
+    Raises
+    ------
+    OptionError
+        For what cannot be varied, bounds and options that cannot be, fewer data than parameters.
+    SceneError, SolverError
+        As the model does where the fit begins: for a scene that does not do what was measured, a unit that is
+        not of the scene's control, an uncertainty that is needed.
+
+    Examples
+    --------
+    >>> from ribbonfem import Scene
+    >>> from ribbonfem.measured import Measured
+    >>> beam = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, damping=1.0)
+    >>> found = fit(beam, Measured(snap=1.32, uncertainty=1e-3), vary="damping")
+    >>> round(found.values["damping"], 1), round(found.uncertainty["damping"], 1)
+    (2.9, 0.1)
+    """
+    begin = time.process_time()
+    records = records_of(scene, measured)
+    parameters = parameters_of([record.scene for record in records], vary)
+    part = positive("difference", difference, 0.1)
+    most = whole_number("most", most, 1)
+    sigma, unknown = deviations_of(records)
+    chosen = _model(records, parameters, sigma, unknown, model, options)
+    problem = Problem(records, parameters, chosen, part, sigma)
+    at_rest = [mask["control"] for mask, record in zip(problem.masks, records, strict=True) if record.at_rest]
+    # (where on its curve a state at rest is, is found too)
+    moving = sum(int(mask.sum()) for mask in at_rest)
+    degrees = problem.count - moving - len(parameters)
+    if degrees < (1 if unknown else 0):
+        refuse(
+            "vary",
+            tuple(p.name for p in parameters),
+            f"{len(parameters)} numbers from {problem.count - moving} data"
+            + (", and a standard deviation that is not given" if unknown else ""),
+        )
+    y = np.array([p.start for p in parameters]) / problem.scale
+    # what cannot be run to begin with is told as the model tells it
+    problem.residual(y)
+    runs, before = 0, math.inf
+    for k in range(_FINER + 1):
+        fine = problem.model.refined()
+        problem.widen(y, problem.error(y, fine))
+        found = _settled(problem, y, most, unknown, degrees)
+        y = found.x
+        told = _told(problem, found, fine)
+        runs += problem.model.runs + fine.runs
+        # (of what is not determined the shift is NaN; it may be for the model's error alone)
+        spread = np.sqrt(np.diag(told.covariance))
+        coarse = float(np.nanmax(told.shift / spread, initial=0.0 if told.known else told.noise))
+        if {"tolerance", "step"} & set(options) or coarse <= SMALL or coarse > _WORTH * before:
+            break
+        if k == _FINER or problem.model.options["tolerance"] <= _FINEST:
+            break
+        problem.model, before = fine, coarse
+    return _result(problem, found, told, unknown, degrees, runs, time.process_time() - begin)
+
+
+def _settled(
+    problem: Problem, y: Array, most: int, unknown: Mapping[str, str], degrees: int
+) -> OptimizeResult:
+    """The minimum, with the standard deviations that are not given as what it leaves."""
+    found = problem.minimum(y, most)
+    # one that all share changes no minimum
+    names = {name for record in problem.records for name in record.measured.measured}
+    alone = len(unknown) == 1 and names == set(unknown)
+    for _ in range(_ROUNDS if unknown else 0):
+        change = problem.estimate(found.x, unknown, degrees)
+        if alone or change < _SETTLED:
+            break
+        found = problem.minimum(found.x, most)
+    return found
+
+
+def _told(problem: Problem, found: OptimizeResult, fine: Model) -> Inference:
+    """What the minimum says, with the error of the model's predictions there."""
+    y = found.x
+    free = np.asarray(found.active_mask) == 0
+    return infer(
+        problem.jacobian(y),
+        problem.residual(y),
+        problem.error(y, fine),
+        problem.steps,
+        lambda by: problem.probe(y, by),
+        free,
+    )
+
+
+def _result(
+    problem: Problem,
+    found: OptimizeResult,
+    told: Inference,
+    unknown: Mapping[str, str],
+    degrees: int,
+    runs: int,
+    seconds: float,
+) -> Fit:
+    y, names = found.x, [p.name for p in problem.parameters]
+    spread = np.sqrt(np.diag(told.covariance))
+    with np.errstate(invalid="ignore"):
+        correlation = told.covariance / np.outer(spread, spread)
+    scenes, residual = problem.scenes(y), problem.residual(y)
+
+    def named(values: Array) -> dict[str, float]:
+        return {name: float(value) for name, value in zip(names, values, strict=True)}
+
+    model, pairs = problem.model, tuple(zip(problem.records, scenes, strict=True))
+    return Fit(
+        values=named(problem.values(y)),
+        uncertainty=named(spread * problem.scale),
+        correlation=correlation,
+        model_error=named(told.shift * problem.scale),
+        undetermined=tuple(
+            {name: float(x) for name, x in zip(names, direction, strict=True) if abs(x) > IN}
+            for direction in told.undetermined
+        ),
+        at_bounds=tuple(name for name, mask in zip(names, found.active_mask, strict=True) if mask),
+        prediction_error=told.noise,
+        converged=bool(found.status > 0 and told.left < _LEFT + told.blur),
+        chi2=float(residual @ residual),
+        degrees=degrees,
+        estimated=tuple(unknown),
+        predicted=tuple(problem.predicted(y)),
+        sigma=tuple(problem.sigma),
+        scenes=scenes,
+        measured=tuple(record.measured for record in problem.records),
+        begun=named(np.array([p.start for p in problem.parameters])),
+        histories=tuple(
+            record.history(model, scene, problem.offset(y, k)) for k, (record, scene) in enumerate(pairs)
+        ),
+        curves=tuple(record.curve(model, scene) for record, scene in pairs),
+        model=model.name,
+        options=model.options,
+        runs=runs,
+        seconds=seconds,
+    )
