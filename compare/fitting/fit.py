@@ -188,14 +188,13 @@ def _settled(
 def _told(problem: Problem, found: OptimizeResult, fine: Model) -> Inference:
     """What the minimum says, with the error of the model's predictions there."""
     y = found.x
-    free = np.asarray(found.active_mask) == 0
     return infer(
         problem.jacobian(y),
         problem.residual(y),
         problem.error(y, fine),
         problem.steps,
         lambda by: problem.probe(y, by),
-        free,
+        ~problem.bound(y),
     )
 
 
@@ -227,7 +226,7 @@ def _result(
             {name: float(x) for name, x in zip(names, direction, strict=True) if abs(x) > IN}
             for direction in told.undetermined
         ),
-        at_bounds=tuple(name for name, mask in zip(names, found.active_mask, strict=True) if mask),
+        at_bounds=tuple(name for name, mask in zip(names, problem.bound(y), strict=True) if mask),
         prediction_error=told.noise,
         converged=bool(found.status > 0 and told.left < _LEFT + told.blur),
         chi2=float(residual @ residual),

@@ -21,6 +21,8 @@ from .predictions import EXACT, Model, Record
 # Derivatives are taken over so much of a parameter that the change is this many times what the model errs by,
 # where that is more than the data's uncertainty; but not over more of it than this.
 _CLEAR, _WIDEST = 3.0, 0.05
+# what is so close to a bound, in parts of a parameter, is at it
+_CLOSE = 1e-3
 # units of a scene's control, by the kind of its drive
 _ANGLES = ("rad", "deg")
 _UNITS = {"turn": _ANGLES, "twist": _ANGLES, "length": ("L", "m", "mm"), "force": ("EI2/L^2", "N", "mN")}
@@ -58,6 +60,11 @@ class Problem:
         """Low and high (p,)."""
         ends = np.array([(p.low, p.high) for p in self.parameters]) / self.scale[:, None]
         return ends[:, 0], ends[:, 1]
+
+    def bound(self, y: Array) -> Any:
+        """(p,) bool, whether a parameter is at a bound: a search only comes close to it."""
+        low, high = self.bounds
+        return np.minimum(y - low, high - y) < _CLOSE
 
     def values(self, y: Array) -> Array:
         """(p,) in their own units."""

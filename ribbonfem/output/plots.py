@@ -206,6 +206,9 @@ def _fitted_motion(result: Any, scene: int, name: str, last: float, predicted: A
     offset = result.values.get("offset", result.values.get(f"offset {scene + 1}", 0.0))
     time, _, height, *_ = result.histories[scene].track
     clock = (time + offset) / in_own_units(data.unit("time"), ribbon)
+    # before it moves it is at rest
+    first = min(float(np.nanmin(data.values("time"))), clock[0])
+    clock, height = np.concatenate(([first], clock)), np.concatenate((height[:1], height))
     return clock[clock <= last], height[clock <= last] / in_own_units(data.unit(name), ribbon)
 
 

@@ -1,0 +1,455 @@
+"""What was measured, and fits to it: data of other models, with noise, of closed forms; what they tell."""
+
+from dataclasses import replace
+from functools import cache
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from scipy.optimize import curve_fit
+from scipy.stats import chi2
+
+import compare
+import der
+from compare.limits import edge_ratio, two_point
+from ribbonfem import Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
+from ribbonfem.measured import Measured
+from ribbonfem.options import OptionError
+
+NONE = (0.0, 0.0, 0.0)
+BEAM = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=1.5, damping=10.0, gravity=NONE)
+TRUE = replace(BEAM, damping=12.0, ribbon=Ribbon(young=1.1e8))
+TIMES = np.linspace(0.0, 1.5, 151)
+
+
+def height_at(history, times):
+    time, _, height, _, velocity = history.track
+    return CubicHermiteSpline(time, height, velocity)(np.clip(times, 0.0, time[-1]))
+
+
+@cache
+def rods():
+    """Heights of the snapping beam by rods, in the limit of their mesh."""
+    meshes = (51, 101)
+    runs = [der.simulate(TRUE, nodes=n, tolerance=1e-6, configurations=False) for n in meshes]
+    return two_point(*(height_at(run, TIMES) for run in runs), edge_ratio(*meshes))
+
+
+@cache
+def fitted(**options):
+    return compare.fit(
+        BEAM, Measured(time=TIMES, height=rods(), uncertainty=1e-3), vary=("damping", "young"), **options
+    )
+
+
+def assert_true(fit, truth, part=1.0):
+    """Values within a part of their standard deviation of the true ones."""
+    for name, value in truth.items():
+        assert abs(fit.values[name] - value) < part * fit.uncertainty[name], (name, fit)
+
+
+# data of another model
+
+
+def test_a_snap_of_rods_tells_damping_and_modulus():
+    fit = fitted()
+    assert fit.met
+    assert fit.model == "elastica"
+    # without noise: what is left is the error of both models, and a thousandth of the uncertainties
+    assert_true(fit, {"damping": 12.0, "young": 1.1e8}, 0.05)
+    assert fit.reduced_chi2 < 1e-4
+    assert fit.degrees == len(TIMES) - 2
+    assert fit.scene == replace(BEAM, damping=fit.values["damping"], ribbon=Ribbon(young=fit.values["young"]))
+    np.testing.assert_allclose(height_at(fit.history, TIMES) - rods(), -fit.residual[0]["height"], atol=1e-12)
+    # and the model's own error is told of what it is: the shift by a finer run is of the same size
+    finer = fitted(tolerance=1e-7, elements=16)
+    for name, error in fit.model_error.items():
+        assert abs(fit.values[name] - finer.values[name]) < 5.0 * error
+        assert finer.model_error[name] < 0.5 * error
+
+
+def test_a_ribbon_is_fitted_in_three_dimensions():
+    scene = Scene(compression=0.40, shear=0.37, start="U+S-", rate=0.5, stop=1.5, gravity=NONE)
+    true, rates = replace(scene, damping=2.0, compression=0.405), (0.1, 0.5, 2.0)
+    snaps = []
+    for rate in rates:
+        options = {"until": "snap", "tolerance": 1e-6}
+        coarse, fine = (der.simulate(replace(true, rate=rate), nodes=n, **options) for n in (101, 201))
+        snaps.append(two_point(coarse.snap[1], fine.snap[1], edge_ratio(101, 201)))
+    # the angle of one snap would not tell both: runs at several rates do
+    scenes = [replace(scene, rate=rate) for rate in rates]
+    data = [Measured(snap=snap, uncertainty=2e-4) for snap in snaps]
+    fit = compare.fit(scenes, data, vary=("damping", "compression"))
+    assert fit.model == "kirchhoff"
+    assert fit.met
+    assert_true(fit, {"damping": 2.0, "compression": 0.405}, 0.2)
+    # two are just enough, and tell less
+    two = compare.fit(scenes[:2], data[:2], vary=("damping", "compression"))
+    assert two.degrees == 0
+    assert two.uncertainty["damping"] > 1.1 * fit.uncertainty["damping"]
+    with pytest.raises(OptionError, match="2 numbers from 1 data"):
+        compare.fit(scenes[0], data[0], vary=("damping", "compression"))
+
+
+def test_folds_tell_the_shear():
+    scene = Scene(compression=0.40, shear=0.40, start="U+S+", gravity=NONE)
+    measured = [
+        two_point(a.control, b.control, edge_ratio(101, 201))
+        for a, b in zip(*(der.folds(replace(scene, shear=0.395), nodes=n) for n in (101, 201)), strict=True)
+    ]
+    fit = compare.fit(
+        scene, Measured(folds=np.degrees(measured), units={"folds": "deg"}, uncertainty=0.01), "shear"
+    )
+    assert_true(fit, {"shear": 0.395}, 0.1)
+    assert fit.converged
+    # one that was not seen tells nothing, and takes nothing away
+    one = compare.fit(scene, Measured(folds=[measured[0], np.nan], uncertainty=1e-4), vary="shear")
+    assert one.values["shear"] == pytest.approx(0.395, abs=1e-4)
+
+
+@cache
+def pushed():
+    """Force (EI2/L^2) and height (L) of the beam that is pushed down at midspan, by rods: stable states."""
+    scene = Scene(compression=0.3, shear=0.0, start="U+", drive="force", gravity=NONE)
+    meshes, points = (201, 401), []
+    for nodes in meshes:
+        branch = der.equilibria(scene, nodes=nodes, span=(-5.0, 45.0))
+        near = branch.stable & (branch.control >= 0.0) & (branch.height > 0.0)
+        points.append(np.array([branch.control[near], branch.height[near]]))
+    force, height = two_point(*points, edge_ratio(*meshes))
+    return scene, force, height
+
+
+def test_a_push_in_newton_tells_the_modulus():
+    scene, force, height = pushed()
+    # forces go with EI2 / L^2, and this alone: of the same rig with any modulus the heights are the same
+    ribbon = Ribbon(length=0.3, width=0.02, thickness=3e-3, young=2.3e9)
+    newton = ribbon.bending_stiffness / ribbon.length**2
+    data = Measured(
+        control=force * newton,
+        height=height * 300.0,
+        units={"control": "N", "height": "mm"},
+        uncertainty={"control": 2e-3 * newton * force.max(), "height": 0.1},
+    )
+    fit = compare.fit(replace(scene, ribbon=replace(ribbon, young=2e9)), data, vary="young")
+    assert fit.met
+    assert fit.values["young"] == pytest.approx(2.3e9, rel=5e-4)
+    assert fit.uncertainty["young"] > 10.0 * abs(fit.values["young"] - 2.3e9)
+
+
+def test_a_state_beyond_the_fold_is_near_the_fold():
+    (fold,) = elastica.folds(replace(BEAM, stop=None, compression=0.39), extensible=True)
+    spread = {"control": 1e-3, "height": 1e-3}
+    beyond = Measured(control=[fold.control + 5e-4], height=[fold.height], uncertainty=spread)
+    fit = compare.fit(replace(BEAM, stop=None), beyond, vary={"compression": (0.3, 0.5)})
+    assert fit.converged
+    # the fold comes to it, but for what its height moves by
+    (moved,) = elastica.folds(fit.scene, extensible=True)
+    assert moved.control == pytest.approx(fold.control + 5e-4, abs=3e-5)
+    assert fit.predicted[0]["control"][0] == pytest.approx(moved.control, abs=1e-6)
+    assert fit.predicted[0]["height"][0] == pytest.approx(fold.height, abs=1e-3)
+
+
+# noise
+
+
+def test_pulls_are_normal():
+    """(value - true) / uncertainty over forty draws has mean 0 and deviation 1."""
+    clean, draws, random = rods(), 40, np.random.default_rng(20240607)
+    pulls = np.empty((draws, 2))
+    for k in range(draws):
+        noisy = clean + 1e-3 * random.standard_normal(len(clean))
+        fit = compare.fit(
+            BEAM, Measured(time=TIMES, height=noisy, uncertainty=1e-3), vary=("damping", "young")
+        )
+        assert fit.converged
+        truth = (("damping", 12.0), ("young", 1.1e8))
+        pulls[k] = [(fit.values[name] - true) / fit.uncertainty[name] for name, true in truth]
+    # each of these bounds fails once in two thousand times if all is right
+    assert np.abs(pulls.mean(axis=0)).max() < 3.5 / np.sqrt(draws)
+    low, high = np.sqrt(chi2.ppf((2.5e-4, 1.0 - 2.5e-4), draws - 1) / (draws - 1))
+    assert ((pulls.std(axis=0, ddof=1) > low) & (pulls.std(axis=0, ddof=1) < high)).all()
+    # correlated as the fit says
+    assert np.corrcoef(pulls.T)[0, 1] == pytest.approx(fit.correlation[0, 1], abs=0.3)
+
+
+def test_a_noise_that_nobody_tells_is_estimated():
+    random = np.random.default_rng(7)
+    rows = len(TIMES)
+    data = Measured(
+        time=TIMES,
+        height=rods() + 2e-3 * random.standard_normal(rows),
+        control=TIMES + 5e-3 * random.standard_normal(rows),
+    )
+    fit = compare.fit(BEAM, data, vary=("damping", "young"))
+    low, high = np.sqrt(chi2.ppf((5e-4, 1.0 - 5e-4), rows) / rows)
+    for name, spread in (("height", 2e-3), ("control", 5e-3)):
+        assert low < fit.sigma[0][name][0] / spread < high
+    assert fit.estimated == ("control", "height")
+    assert_true(fit, {"damping": 12.0, "young": 1.1e8}, 4.0)
+    # an uncertainty that is told is taken as it is, and a wrong one is found out
+    wrong = compare.fit(
+        BEAM, Measured(time=TIMES, height=data.height, uncertainty=1e-3), vary=("damping", "young")
+    )
+    assert wrong.reduced_chi2 == pytest.approx(4.0, rel=0.5)
+    assert "chi2" in str(wrong).splitlines()[-1]
+    assert wrong.uncertainty["young"] == pytest.approx(0.5 * fit.uncertainty["young"], rel=0.2)
+
+
+# what is determined, and what is not
+
+
+def test_a_motion_tells_modulus_over_density_alone():
+    data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
+    both = compare.fit(BEAM, data, vary=("young", "density", "damping"))
+    assert both.identifiable == {"young": False, "density": False, "damping": True}
+    assert both.uncertainty["young"] == np.inf
+    assert np.isnan(both.correlation[0, 1])
+    (direction,) = both.undetermined
+    # both by the same part: t* stays
+    assert direction["young"] / direction["density"] == pytest.approx(1.0, abs=0.2)
+    assert "do not determine young and density" in str(both)
+    assert not both.met
+    # what is determined is as with one of the two
+    fit = fitted()
+    assert both.values["damping"] == pytest.approx(
+        fit.values["damping"], abs=0.05 * fit.uncertainty["damping"]
+    )
+    assert both.uncertainty["damping"] == pytest.approx(fit.uncertainty["damping"], rel=0.02)
+    density = compare.fit(BEAM, data, vary=("density", "damping"))
+    ratio = density.values["density"] / 1000.0 * fit.values["young"] / 1e8
+    assert ratio == pytest.approx(1.0, abs=1e-4)
+    # at rest there is no time, and neither says anything
+    scene, force, height = pushed()
+    rest = compare.fit(
+        scene, Measured(control=force, height=height, uncertainty=1e-3), vary=("young", "compression")
+    )
+    assert rest.identifiable == {"young": False, "compression": True}
+    assert list(rest.undetermined[0]) == ["young"]
+
+
+def test_units_change_nothing():
+    scene = replace(BEAM, ribbon=replace(BEAM.ribbon, length=0.5, width=0.1, thickness=5e-3))
+    time = scene.ribbon.inertial_time / BEAM.ribbon.inertial_time
+    scene = replace(scene, rate=BEAM.rate / time, damping=BEAM.damping / time)
+    data = Measured(
+        time=TIMES * time * 1e3,
+        height=rods() * 500.0,
+        units={"time": "ms", "height": "mm"},
+        uncertainty=0.5,
+    )
+    fit, same = compare.fit(scene, data, vary=("damping", "young")), fitted()
+    assert fit.values["damping"] * time == pytest.approx(same.values["damping"], rel=1e-5)
+    assert fit.values["young"] == pytest.approx(same.values["young"], rel=1e-5)
+    assert fit.uncertainty["young"] == pytest.approx(same.uncertainty["young"], rel=1e-2)
+
+
+def test_a_clock_of_its_own_is_found():
+    random = np.random.default_rng(3)
+    early = np.linspace(-0.2, 1.5, 171)
+    run = elastica.simulate(replace(BEAM, damping=12.0), extensible=True, tolerance=1e-7)
+    heights = height_at(run, early) + 1e-3 * random.standard_normal(len(early))
+    data = Measured(time=early + 41.3, height=heights, uncertainty=1e-3)
+    fit = compare.fit(BEAM, data, vary={"damping": None, "offset": (41.0, 41.5)})
+    assert fit.converged
+    assert_true(fit, {"damping": 12.0, "offset": 41.3}, 4.0)
+    assert fit.uncertainty["offset"] < 5e-3
+
+
+def test_derivatives_do_not_depend_on_their_step():
+    """Over a factor of ten: it is long against the scatter of the steps, and short against the curvature."""
+    spread = [fitted(difference=part).uncertainty for part in (1e-3, 3e-3, 1e-2)]
+    for name in ("damping", "young"):
+        values = np.array([each[name] for each in spread])
+        assert np.ptp(values) < 0.02 * values.mean()
+
+
+def test_a_bound_is_told():
+    data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
+    fit = compare.fit(BEAM, data, vary={"damping": (5.0, 10.1)})
+    assert fit.at_bounds == ("damping",)
+    assert fit.values["damping"] == pytest.approx(10.1, abs=0.02)
+    assert "At a bound: damping." in fit.summary()
+
+
+def test_a_search_that_ends_too_early_says_so():
+    fit = compare.fit(BEAM, Measured(time=TIMES, height=rods(), uncertainty=1e-5), vary="damping", most=2)
+    assert not fit.converged
+    assert not fit.met
+    assert "NOT converged" in repr(fit)
+    assert fit.summary()[0].startswith("It did not converge")
+
+
+def test_a_long_vibration_is_not_trusted():
+    """Undamped high modes make two runs differ by more than is measured: that is said."""
+    scene = replace(BEAM, damping=1.0)
+    times = np.linspace(0.0, 3.0, 151)
+    run = kirchhoff.simulate(replace(scene, damping=1.1, hold=1.5), extensible=True, tolerance=1e-5)
+    fit = compare.fit(
+        scene,
+        Measured(time=times, height=height_at(run, times), uncertainty=1e-4),
+        vary="damping",
+        tolerance=1e-5,
+    )
+    assert fit.prediction_error > 1.0
+    assert not fit.met
+    assert any("model" in line for line in fit.summary())
+
+
+# closed forms
+
+
+def test_a_free_vibration_tells_damping_and_modulus():
+    """Small vibrations of the slope at midspan are c + exp(-nu t / 2) (a cos w t + b sin w t)."""
+    # the clamp turns a little within a period and stays: the lowest mode is left
+    nudge = Schedule((0.0, 0.2, 3.0), (0.0, 0.05, 0.05), slope=(0.0, 0.0, 0.0))
+    scene = Scene(compression=0.4, shear=0.0, start="U+", damping=1.0, gravity=NONE, schedule=nudge)
+    true = replace(scene, damping=1.5, ribbon=Ribbon(young=1.03e8))
+    run, times = kirchhoff.simulate(true, extensible=True, tolerance=1e-7), np.linspace(0.25, 3.0, 276)
+    slopes = CubicSpline(run.time, run.slope)(times)
+    fit = compare.fit(scene, Measured(time=times, slope=slopes, uncertainty=1e-4), vary=("damping", "young"))
+    assert fit.met
+    assert_true(fit, {"damping": 1.5, "young": 1.03e8}, 0.3)
+
+    def free(t, c, a, b, damping, w):
+        return c + np.exp(-0.5 * damping * t) * (a * np.cos(w * t) + b * np.sin(w * t))
+
+    turned = replace(scene, schedule=Schedule((0.0, 1.0), (0.05, 0.06), "linear"))
+    usual = elastica.frequencies(turned, extensible=True, count=1)[0]
+    (*_, damping, w), _ = curve_fit(free, times, slopes, (slopes.mean(), 1e-3, 1e-3, 1.0, usual))
+    # what the higher modes leave in it
+    assert fit.values["damping"] == pytest.approx(damping, rel=0.01)
+    young = 1e8 * (w**2 + damping**2 / 4.0) / usual**2
+    assert fit.values["young"] == pytest.approx(young, rel=1e-3)
+
+
+# what is measured
+
+
+def test_missing_rows_count_nothing_and_order_neither(tmp_path):
+    holes = rods().copy()
+    holes[20:50] = np.nan
+    there = np.isfinite(holes)
+    data = Measured(time=TIMES, height=holes, uncertainty=1e-3)
+    assert data.missing == {"height": 30}
+    assert "30 missing" in repr(data)
+    fit = compare.fit(BEAM, data, vary="damping")
+    short = compare.fit(
+        BEAM, Measured(time=TIMES[there], height=holes[there], uncertainty=1e-3), vary="damping"
+    )
+    assert fit.values == short.values
+    assert fit.degrees == there.sum() - 1
+    assert np.isnan(fit.residual[0]["height"][20:50]).all()
+    mixed = np.random.default_rng(0).permutation(len(TIMES))
+    other = Measured(time=TIMES[mixed], height=holes[mixed], uncertainty=1e-3)
+    shuffled = compare.fit(BEAM, other, vary="damping")
+    assert shuffled.values["damping"] == pytest.approx(fit.values["damping"], abs=1e-6)
+    np.testing.assert_allclose(shuffled.residual[0]["height"], fit.residual[0]["height"][mixed], atol=1e-8)
+
+
+def test_a_file_of_rows(tmp_path):
+    path = tmp_path / "camera.csv"
+    path.write_text("# camera 2\n# t (ms);z (mm);sd\n0;34.8;0.1\n10;;0.1\n\n20;34.6;0.2\n")
+    data = Measured.from_csv(
+        path,
+        time="t (ms)",
+        height="z (mm)",
+        units={"time": "ms", "height": "mm"},
+        uncertainty={"height": "sd"},
+    )
+    np.testing.assert_array_equal(data.time, [0.0, 10.0, 20.0])
+    np.testing.assert_array_equal(data.height, [34.8, np.nan, 34.6])
+    np.testing.assert_array_equal(data.uncertainty["height"], [0.1, 0.1, 0.2])
+    assert data == Measured.from_csv(path, time=0, height=1, units=dict(data.units), uncertainty="sd")
+    path.write_text("time,force\n0,1\n# here the cell slipped\n0.1,1.2 N\n")
+    with pytest.raises(SceneError, match=r"camera\.csv: line 4, row 2: '1\.2 N' is no finite number"):
+        Measured.from_csv(path, time="time", force_left_x="force")
+    with pytest.raises(SceneError, match="no column 'z'; there are time, force"):
+        Measured.from_csv(path, time="time", height="z")
+    with pytest.raises(SceneError, match="hight = 1: must be one of time, control, height"):
+        Measured.from_csv(path, time="time", hight=1)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({}, "nothing is measured"),
+        ({"height": [1.0]}, "measured over nothing: time is needed, or control"),
+        ({"time": [0, 1], "height": [1.0]}, r"Measured\.height: 1 rows, and time has 2"),
+        ({"time": [0, 1], "height": [1.0, np.inf]}, r"Measured\.height\[1\] = inf"),
+        ({"time": [0], "height": [np.nan]}, "holds no number"),
+        ({"time": [0], "hight": [1]}, "perhaps 'height' is meant"),
+        ({"time": [0], "height": [1], "uncertainty": 0.0}, r"uncertainty\['height'\] = 0\.0: a standard"),
+        ({"time": [0], "height": [1], "slope": [1], "uncertainty": 0.1}, "whose, of height, slope"),
+        ({"time": [0], "height": [1], "uncertainty": {"slope": 0.1}}, "'slope' is none of height"),
+        ({"time": [0], "height": [1], "units": {"height": "cm"}}, "must be one of L, m, mm"),
+        ({"time": [0], "reactions": {"force": [1]}}, "'force' is none of force_left_x"),
+        ({"control": [0], "midspan_x": [1]}, "needs a time: of states at rest"),
+        ({"snap": "early"}, r"Measured\.snap = 'early': a real number is needed"),
+    ],
+)
+def test_what_cannot_have_been_measured_is_refused(given, told):
+    with pytest.raises(SceneError, match=told):
+        Measured(**given)
+
+
+SNAP = Measured(snap=1.3, uncertainty=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "measured", "vary", "error", "told"),
+    [
+        (BEAM, SNAP, "yuong", OptionError, "perhaps 'young' is meant"),
+        (BEAM, SNAP, ("young", "ribbon.young"), OptionError, "'young' and 'ribbon.young' are the same"),
+        (BEAM, SNAP, (), OptionError, "at least"),
+        (BEAM, SNAP, {"damping": (-1.0, 2.0)}, OptionError, r"must be within \(0, inf\)"),
+        (BEAM, SNAP, {"damping": (0.1, 2.0)}, OptionError, "begins at 10, outside"),
+        (BEAM, SNAP, "preset.left", OptionError, "the drive moves it"),
+        (BEAM, 1.3, "damping", OptionError, "a Measured is needed"),
+        ([BEAM, BEAM], SNAP, "damping", OptionError, "one for each scene"),
+        ([BEAM, replace(BEAM, damping=1.0)], [SNAP, SNAP], "damping", OptionError, "same in all"),
+        (BEAM, Measured(snap=1.3), "damping", SceneError, "nothing can be told from a single number"),
+        (BEAM, replace(SNAP, units={"snap": "mm"}), "damping", SceneError, "snap is in mm, and the scene's"),
+        (replace(BEAM, stop=0.5), SNAP, "damping", SolverError, "the ribbon does not snap"),
+        (
+            replace(BEAM, rate=0.1, stop=None, schedule=Schedule((0.0, 1.0), (0.0, 1.5))),
+            Measured(time=[0.0, 2.0], height=[0.3, 0.2]),
+            "damping",
+            SceneError,
+            "its schedule ends at 1 s",
+        ),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(scene, measured, vary, error, told):
+    with pytest.raises(error, match=told):
+        compare.fit(scene, measured, vary=vary)
+
+
+# what a fit shows
+
+
+def test_a_fit_is_kept_drawn_and_tabulated(tmp_path):
+    pytest.importorskip("pandas")
+    fit = fitted()
+    compare.save(fit, tmp_path / "fit")
+    assert compare.load(tmp_path / "fit") == fit
+    frame = fit.to_pandas()
+    np.testing.assert_allclose(frame.measured - frame.predicted, frame.residual, atol=1e-15)
+    assert ((frame.residual / frame.uncertainty) ** 2).sum() == pytest.approx(fit.chi2)
+    assert frame.attrs["values"] == fit.values
+    assert fit._repr_html_().count("<tr>") == 3
+    axes = fit.plot()
+    line, dots = axes.lines
+    np.testing.assert_array_equal(dots.get_ydata(), rods())
+    np.testing.assert_allclose(np.interp(TIMES, *line.get_data()), rods(), atol=5e-3)
+    left = axes.child_axes[0].lines[0].get_ydata()
+    np.testing.assert_allclose(left, fit.residual[0]["height"] / 1e-3, atol=1e-9)
+    scene, force, height = pushed()
+    rest = compare.fit(scene, Measured(control=force, height=height, uncertainty=1e-3), vary="compression")
+    assert rest.plot().get_xlabel() == "control (EI2/L^2)"
+    events = compare.fit([BEAM, replace(BEAM, rate=2.0)], [SNAP, replace(SNAP, snap=1.5)], vary="damping")
+    assert events.plot().get_xlabel() == "rate (1/s)"
+    with pytest.raises(ValueError, match="quantity = 'slope': must be one of snap"):
+        events.plot(quantity="slope")
+    plt.close("all")
