@@ -12,6 +12,7 @@ import compare.examples
 from compare.examples import (
     choose_the_last,
     delayed_snap,
+    fit_a_snap,
     planar_fold,
     ribbon_folds,
     skip_a_shape,
@@ -64,6 +65,18 @@ def test_a_delayed_snap():
     late = (np.array(result.leading) - measured) / result.rates
     assert late == pytest.approx([0.1, 0.1], rel=0.2)
     drawn(delayed_snap, result)
+
+
+def test_a_filmed_snap_is_fitted():
+    result = fit_a_snap.main(frames=101)
+    fit = result.fit
+    assert fit.met
+    assert set(fit.values) == set(result.truth)
+    for name, value in result.truth.items():
+        assert abs(fit.values[name] - value) < 4.0 * fit.uncertainty[name]
+    # and what it began with is far off
+    assert abs(fit.begun["young"] - result.truth["young"]) > 10.0 * fit.uncertainty["young"]
+    drawn(fit_a_snap, result)
 
 
 def test_a_shape_is_skipped():

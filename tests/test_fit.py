@@ -144,9 +144,9 @@ def test_a_state_beyond_the_fold_is_near_the_fold():
     beyond = Measured(control=[fold.control + 5e-4], height=[fold.height], uncertainty=spread)
     fit = compare.fit(replace(BEAM, stop=None), beyond, vary={"compression": (0.3, 0.5)})
     assert fit.converged
-    # the fold comes to it, but for what its height moves by
+    # the fold comes to it, as near as a tenth of the uncertainty, which a search takes for nothing
     (moved,) = elastica.folds(fit.scene, extensible=True)
-    assert moved.control == pytest.approx(fold.control + 5e-4, abs=3e-5)
+    assert moved.control == pytest.approx(fold.control + 5e-4, abs=1e-4)
     assert fit.predicted[0]["control"][0] == pytest.approx(moved.control, abs=1e-6)
     assert fit.predicted[0]["height"][0] == pytest.approx(fold.height, abs=1e-3)
 

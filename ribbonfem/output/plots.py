@@ -170,7 +170,7 @@ def fit(result: Any, axes: Any = None, *, quantity: str | None = None, scene: in
     ]
     measured, predicted, sigma = (np.concatenate(each) for each in zip(*rows, strict=True))
     found = (f"{key} {text}" for key, text in result.texts.items())
-    style = {"color": "C1", "label": "fit\n" + "\n".join(found)} | line
+    style: dict[str, Any] = {"color": "C1", "lw": 1.0, "label": "fit\n" + "\n".join(found)} | line
     if events:
         over, label = _over_scenes(result, which, name)
         axes.plot(over, predicted, **({"marker": "x", "ls": "none"} | style))
@@ -185,12 +185,15 @@ def fit(result: Any, axes: Any = None, *, quantity: str | None = None, scene: in
             axes, curve.control / x, getattr(curve, name) / z, curve.stable, style["color"], style["label"]
         )
     few = len(over) <= _FEW
-    bars = sigma if few else None
-    axes.errorbar(over, measured, bars, fmt=".", color="C0", ms=5 if few else 3, label="measured", zorder=1)
+    dots: dict[str, Any] = {"color": "C0", "ms": 5 if few else 3, "label": "measured", "zorder": 1}
+    if few:
+        axes.errorbar(over, measured, sigma, fmt=".", **dots)
+    else:
+        axes.plot(over, measured, ".", **dots)
     above = axes.inset_axes((0.0, 1.04, 1.0, 0.24), sharex=axes)
     above.axhspan(-1.0, 1.0, color="0.92")
     above.plot(over, (measured - predicted) / sigma, ".", color="C0", ms=4 if few else 2)
-    above.set_ylabel(r"residual / $\sigma$")
+    above.set_ylabel("residual\n/ $\\sigma$")
     above.tick_params(labelbottom=False)
     axes.set(xlabel=label, ylabel=f"{name} ({data.unit(name, drives.unit)})")
     axes.legend()
