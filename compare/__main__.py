@@ -35,7 +35,10 @@ REPORT, SCENES, WARM = "report", "scenes", "warm"
 # finished runs of a command that has not come to its end, in the report's folder
 FINISHED = ".finished"
 STATUS = "exit status: 0 done, 1 error, 2 wrong usage, 130 interrupted"
-RUN_STATUS = "exit status: 0 met, 1 error, 2 wrong usage, 3 tolerance not met, 4 sensitive, 130 interrupted"
+OWN_STATUS = {
+    "run": "exit status: 0 met, 1 error, 2 wrong usage, 3 tolerance not met, 4 sensitive, 130 interrupted",
+    "fit": "exit status: 0 done, 1 error, 2 wrong usage, 3 not to be relied on, 130 interrupted",
+}
 
 
 def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:
@@ -91,7 +94,7 @@ def _option(parser: argparse.ArgumentParser, name: str, hint: Any, default: Any)
             kind, form = _numbers(parts[0]), "A,B,.."
         if default and not required:
             mark = ":" if ":" in form else ","
-            note = "default " + mark.join(f"{value:g}" for value in default)
+            note = "default " + mark.join(value if parts[0] is str else f"{value:g}" for value in default)
         parser.add_argument(option, type=kind, metavar=form, help=note, **shown)
     else:
         parser.add_argument(
@@ -138,7 +141,8 @@ def _overview() -> argparse.ArgumentParser:
         usage="ribbonfem COMMAND [options]",
         description="Snapping ribbons and beams: finite elements and discrete elastic rods, side by side.\n\n"
         "commands:\n" + "\n".join(lines),
-        epilog=f"ribbonfem COMMAND --help shows the options of a command. {STATUS} (run: 3 and 4 besides).",
+        epilog=f"ribbonfem COMMAND --help shows the options of a command. {STATUS} "
+        "(run: 3 and 4 besides, fit: 3).",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=_version())
@@ -345,7 +349,7 @@ def _called(name: str, arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog=f"ribbonfem {name}",
         description=f"{inspect.getdoc(command.main)}\n\ntakes {command.takes}",
-        epilog=RUN_STATUS if name == "run" else STATUS,
+        epilog=OWN_STATUS.get(name, STATUS),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     names = _add_options(parser, command.main)

@@ -44,27 +44,7 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str, *, missi
     OSError
         If the file cannot be read.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{what}: {path}: no text in UTF-8, by its byte {error.start + 1}") from None
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
-    told = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
-    first = told[0][1] if told else ""
-    separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
-    numbered = list(zip((k for k, _ in told), _cells([line for _, line in told], separator), strict=True))
-    numbered = [(k, row) for k, row in numbered if any(cell.strip() for cell in row)]
-    if not numbered:
-        raise SceneError(f"{what}: {path}: an empty file")
-    names = [cell.strip() for cell in numbered[0][1]]
-    if all(map(_is_number, names)):
-        above = [line.lstrip("# \t") for k, line in lines if k < numbered[0][0]][-1:]
-        cells = [cell.strip() for cell in _cells(above, separator)[0]] if above else []
-        names = cells if len(cells) == len(names) else []
-    else:
-        numbered = numbered[1:]
-    if not numbered:
-        raise SceneError(f"{what}: {path}: no row below the names {', '.join(names)}")
+    names, numbered = _table(path, what)
     count = len(numbered[0][1])
     places = []
     for column in wanted:
@@ -92,3 +72,34 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str, *, missi
 
 def _cells(lines: list[str], separator: str) -> list[list[str]]:
     return list(csv.reader(lines, delimiter=separator))
+
+
+def headings(path: str | Path, what: str) -> list[str]:
+    """The names of a file's columns; none where it has none.  Errors as of `columns`."""
+    return _table(path, what)[0]
+
+
+def _table(path: str | Path, what: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Names, and the cells of each row with the number of its line."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{what}: {path}: no text in UTF-8, by its byte {error.start + 1}") from None
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    told = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
+    first = told[0][1] if told else ""
+    separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
+    numbered = list(zip((k for k, _ in told), _cells([line for _, line in told], separator), strict=True))
+    numbered = [(k, row) for k, row in numbered if any(cell.strip() for cell in row)]
+    if not numbered:
+        raise SceneError(f"{what}: {path}: an empty file")
+    names = [cell.strip() for cell in numbered[0][1]]
+    if all(map(_is_number, names)):
+        above = [line.lstrip("# \t") for k, line in lines if k < numbered[0][0]][-1:]
+        cells = [cell.strip() for cell in _cells(above, separator)[0]] if above else []
+        names = cells if len(cells) == len(names) else []
+    else:
+        numbered = numbered[1:]
+    if not numbered:
+        raise SceneError(f"{what}: {path}: no row below the names {', '.join(names)}")
+    return names, numbered

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .csv_columns import columns as read_columns
+from .csv_columns import headings
 from .frozen import Value
 from .ribbon import Ribbon, SceneError, answers_unknown, field_number, shown
 
@@ -283,7 +285,8 @@ class Measured(Value):
         path: of a file of columns, separated by commas, semicolons or tabs; their names stand in the first
             row, or in a comment (#) above the numbers.  Cells that are empty or "nan" are missing.
         columns: of each quantity its column, by name or number from 0: ``time="t (s)", height="z"``;
-            reactions by their own names.
+            reactions by their own names.  Where none is given, those that are named as quantities are, with
+            their unit or without: "time (ms)", "force_left_x (N)".
         units, uncertainty: as of a `Measured`; a standard deviation may be the name of a column too.
 
         Raises
@@ -297,8 +300,16 @@ class Measured(Value):
         for name, column in columns.items():
             if name not in allowed:
                 raise SceneError(f"{what}: {name} = {shown(column)}: must be one of {', '.join(allowed)}")
+        given = dict(units or {})
+        for heading in () if columns else headings(path, what):
+            parts = re.fullmatch(r"(\w+)\s*(?:[(\[](.+)[)\]])?", heading)
+            if parts and parts[1] in allowed:
+                columns[parts[1]] = heading
+                given |= {parts[1]: parts[2]} if parts[2] and parts[1] not in given else {}
         if not columns:
-            raise SceneError(f"{what}: no column is named: time='t', height='z' and the like are needed")
+            raise SceneError(
+                f"{what}: {path}: no column is named as a quantity: time='t', height='z' are needed"
+            )
         spread = uncertainty if isinstance(uncertainty, Mapping) else {"": uncertainty}
         wide = {name: column for name, column in spread.items() if isinstance(column, str)}
         table = read_columns(path, (*columns.values(), *wide.values()), what, missing=True)
@@ -307,7 +318,7 @@ class Measured(Value):
         return cls(
             reactions={name: rows.pop(name) for name in REACTIONS if name in rows},
             uncertainty=found if isinstance(uncertainty, Mapping) else found[""],
-            units=units or {},
+            units=given,
             **rows,
         )
 

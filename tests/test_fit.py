@@ -1,5 +1,6 @@
 """What was measured, and fits to it: data of other models, with noise, of closed forms; what they tell."""
 
+import json
 from dataclasses import replace
 from functools import cache
 
@@ -12,6 +13,7 @@ from scipy.stats import chi2
 
 import compare
 import der
+from compare.__main__ import main
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
 from ribbonfem.measured import Measured
@@ -367,6 +369,12 @@ def test_a_file_of_rows(tmp_path):
         Measured.from_csv(path, time="time", force_left_x="force")
     with pytest.raises(SceneError, match="no column 'z'; there are time, force"):
         Measured.from_csv(path, time="time", height="z")
+    path.write_text("time [ms];height (mm);remark\n0;34.8;1\n")
+    headed = Measured.from_csv(path)
+    assert headed == Measured(time=[0.0], height=[34.8], units={"time": "ms", "height": "mm"})
+    path.write_text("t;z\n0;34.8\n")
+    with pytest.raises(SceneError, match="no column is named as a quantity"):
+        Measured.from_csv(path)
     with pytest.raises(SceneError, match="hight = 1: must be one of time, control, height"):
         Measured.from_csv(path, time="time", hight=1)
 
@@ -427,6 +435,28 @@ def test_what_cannot_be_fitted_is_refused(scene, measured, vary, error, told):
 
 
 # what a fit shows
+
+
+def test_a_fit_from_the_command_line(tmp_path, capsys):
+    (tmp_path / "beam.toml").write_text(
+        'compression = 0.4\nshear = 0.0\nstart = "U+"\nrate = 1.0\nstop = 1.5\ndamping = 10.0\n'
+        "gravity = [0, 0, 0]\n"
+    )
+    noisy = rods() + 1e-3 * np.random.default_rng(5).standard_normal(len(TIMES))
+    rows = np.column_stack((1e3 * TIMES, 1e3 * noisy))
+    np.savetxt(tmp_path / "film.csv", rows, delimiter=",", header="time (ms), height (mm)")
+    words = ["fit", str(tmp_path / "beam.toml"), "--data", str(tmp_path / "film.csv"), "--quiet", "--json"]
+    words += ["--out", str(tmp_path / "out")]
+    assert main([*words, "--vary", "damping,young", "--uncertainty", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    again = compare.fit(BEAM, Measured(time=TIMES, height=noisy, uncertainty=1e-3), vary=("damping", "young"))
+    assert told["values"] == pytest.approx(again.values, rel=1e-3)
+    assert (tmp_path / "out" / "fit-height.png").exists()
+    # what cannot be told is no success
+    assert main([*words, "--vary", "damping,young,density"]) == 3
+    told = json.loads(capsys.readouterr().out)
+    assert told["uncertainty"]["young"] is None
+    assert set(told["undetermined"][0]) == {"young", "density"}
 
 
 def test_a_fit_is_kept_drawn_and_tabulated(tmp_path):

@@ -85,7 +85,7 @@ ALLOWED["compare.diagrams"] = ALLOWED["compare.chooser"] | _of("diagrams", "repo
 ALLOWED["compare.examples"] = BELOW | {"compare"} | _of("quantities", "examples")
 ALLOWED["compare.studies"] = ALLOWED["compare.diagrams"] | _of("studies", "external")
 ALLOWED["compare.reproduction"] = ALLOWED["compare.diagrams"] | _of("reproduction")
-ALLOWED["compare.commands"] = ALLOWED["compare.diagrams"] | _of("commands", "compilation")
+ALLOWED["compare.commands"] = ALLOWED["compare.diagrams"] | _of("commands", "compilation", "fitting")
 
 
 def room(name):

@@ -23,6 +23,7 @@ COMMANDS = {
     "selection": "compare.reproduction.selection",
     "figures": "compare.reproduction.figures",
     "threshold": "compare.commands.threshold",
+    "fit": "compare.commands.fit",
     "speed": "compare.studies.speed",
     "accuracy": "compare.studies.accuracy",
     "stability": "compare.studies.stability",
