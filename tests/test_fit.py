@@ -157,23 +157,22 @@ def test_a_state_beyond_the_fold_is_near_the_fold():
 
 
 def test_pulls_are_normal():
-    """(value - true) / uncertainty over forty draws has mean 0 and deviation 1."""
+    """(value - true) / uncertainty over forty draws has mean 0 and deviation 1, and is correlated as told."""
     clean, draws, random = rods(), 40, np.random.default_rng(20240607)
+    begun, truth = replace(TRUE, damping=10.0, compression=0.39), {"damping": 12.0, "compression": 0.4}
     pulls = np.empty((draws, 2))
     for k in range(draws):
         noisy = clean + 1e-3 * random.standard_normal(len(clean))
-        fit = compare.fit(
-            BEAM, Measured(time=TIMES, height=noisy, uncertainty=1e-3), vary=("damping", "young")
-        )
-        assert fit.converged
-        truth = (("damping", 12.0), ("young", 1.1e8))
-        pulls[k] = [(fit.values[name] - true) / fit.uncertainty[name] for name, true in truth]
+        fit = compare.fit(begun, Measured(time=TIMES, height=noisy, uncertainty=1e-3), vary=tuple(truth))
+        assert fit.met
+        pulls[k] = [(fit.values[name] - true) / fit.uncertainty[name] for name, true in truth.items()]
     # each of these bounds fails once in two thousand times if all is right
     assert np.abs(pulls.mean(axis=0)).max() < 3.5 / np.sqrt(draws)
     low, high = np.sqrt(chi2.ppf((2.5e-4, 1.0 - 2.5e-4), draws - 1) / (draws - 1))
     assert ((pulls.std(axis=0, ddof=1) > low) & (pulls.std(axis=0, ddof=1) < high)).all()
-    # correlated as the fit says
-    assert np.corrcoef(pulls.T)[0, 1] == pytest.approx(fit.correlation[0, 1], abs=0.3)
+    # (Fisher's transform of a correlation is normal)
+    seen, told = np.arctanh(np.corrcoef(pulls.T)[0, 1]), np.arctanh(fit.correlation[0, 1])
+    assert abs(seen - told) < 3.5 / np.sqrt(draws - 3)
 
 
 def test_a_noise_that_nobody_tells_is_estimated():
@@ -210,7 +209,7 @@ def test_a_motion_tells_modulus_over_density_alone():
     assert np.isnan(both.correlation[0, 1])
     (direction,) = both.undetermined
     # both by the same part: t* stays
-    assert direction["young"] / direction["density"] == pytest.approx(1.0, abs=0.2)
+    assert direction["young"] / direction["density"] == pytest.approx(1.0, abs=1e-4)
     assert "do not determine young and density" in str(both)
     assert not both.met
     # what is determined is as with one of the two
@@ -244,7 +243,8 @@ def test_units_change_nothing():
     fit, same = compare.fit(scene, data, vary=("damping", "young")), fitted()
     assert fit.values["damping"] * time == pytest.approx(same.values["damping"], rel=1e-5)
     assert fit.values["young"] == pytest.approx(same.values["young"], rel=1e-5)
-    assert fit.uncertainty["young"] == pytest.approx(same.uncertainty["young"], rel=1e-2)
+    # (steps that differ by rounding scatter, and derivatives of them by a percent)
+    assert fit.uncertainty["young"] == pytest.approx(same.uncertainty["young"], rel=5e-2)
 
 
 def test_a_clock_of_its_own_is_found():
@@ -273,6 +273,27 @@ def test_a_bound_is_told():
     assert fit.at_bounds == ("damping",)
     assert fit.values["damping"] == pytest.approx(10.1, abs=0.02)
     assert "At a bound: damping." in fit.summary()
+
+
+def test_a_search_may_begin_at_zero():
+    """Where a field may not be less, and where the ribbon is the same for both signs: no slope leads off."""
+    data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
+    fit, same = compare.fit(replace(BEAM, damping=0.0), data, vary=("damping", "young")), fitted()
+    for name, value in same.values.items():
+        assert fit.values[name] == pytest.approx(value, abs=0.02 * same.uncertainty[name])
+    run = kirchhoff.simulate(replace(BEAM, shear=0.05), extensible=True, tolerance=1e-6)
+    data = Measured(time=TIMES, height=height_at(run, TIMES), uncertainty=1e-3)
+    sheared = compare.fit(BEAM, data, vary="shear")
+    assert sheared.model == "kirchhoff"
+    assert abs(sheared.values["shear"]) == pytest.approx(0.05, abs=0.2 * sheared.uncertainty["shear"])
+    # what is 0 is found to be that, with how much it could be
+    still = elastica.simulate(replace(BEAM, damping=0.0), extensible=True, tolerance=1e-7)
+    early = TIMES[:120]
+    none = compare.fit(
+        BEAM, Measured(time=early, height=height_at(still, early), uncertainty=1e-3), vary="damping"
+    )
+    assert none.at_bounds == ("damping",)
+    assert none.values["damping"] < none.uncertainty["damping"] < 0.2
 
 
 def test_a_search_that_ends_too_early_says_so():

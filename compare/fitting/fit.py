@@ -33,7 +33,7 @@ from ribbonfem.results import Array
 from .inference import IN, Inference, infer
 from .parameters import Parameter, applied, parameters_of
 from .predictions import Model, Record
-from .problem import Problem, deviations_of, records_of
+from .problem import WIDEST, Problem, deviations_of, records_of
 from .result import SMALL, Fit
 
 # part of a parameter over which derivatives are taken
@@ -150,18 +150,20 @@ def fit(
     y = np.array([p.start for p in parameters]) / problem.scale
     # what cannot be run to begin with is told as the model tells it
     problem.residual(y)
+    y = problem.off_symmetry(y)
     runs, before = 0, math.inf
+    given = any(options.get(name) is not None for name in ("tolerance", "step"))
     for k in range(_FINER + 1):
         fine = problem.model.refined()
-        problem.widen(y, problem.error(y, fine))
+        problem.widen(y)
         found = _settled(problem, y, most, unknown, degrees)
         y = found.x
         told = _told(problem, found, fine)
         runs += problem.model.runs + fine.runs
-        # (of what is not determined the shift is NaN; it may be for the model's error alone)
+        # (of what is not determined the shift is NaN; it may be for the scatter alone)
         spread = np.sqrt(np.diag(told.covariance))
-        coarse = float(np.nanmax(told.shift / spread, initial=0.0 if told.known else told.noise))
-        if {"tolerance", "step"} & set(options) or coarse <= SMALL or coarse > _WORTH * before:
+        coarse = float(np.nanmax(told.shift / spread, initial=0.0 if told.known else told.scatter))
+        if given or coarse <= SMALL or coarse > _WORTH * before:
             break
         if k == _FINER or problem.model.options["tolerance"] <= _FINEST:
             break
@@ -188,14 +190,17 @@ def _settled(
 def _told(problem: Problem, found: OptimizeResult, fine: Model) -> Inference:
     """What the minimum says, with the error of the model's predictions there."""
     y = found.x
-    return infer(
-        problem.jacobian(y),
-        problem.residual(y),
-        problem.error(y, fine),
-        problem.steps,
-        lambda by: problem.probe(y, by),
-        ~problem.bound(y),
-    )
+    sizes, error, scatter = problem.sizes(y), problem.error(y, fine), problem.scatter(y)
+
+    def inferred() -> Inference:
+        slopes = problem.jacobian(y) * sizes
+        return infer(slopes, problem.residual(y), error, scatter, problem.steps, ~problem.bound(y))
+
+    told = inferred()
+    if (problem.steps < min(told.wanted, WIDEST)).any():
+        problem.steps[:] = np.maximum(problem.steps, min(told.wanted, WIDEST))
+        told = inferred()
+    return told
 
 
 def _result(
@@ -208,6 +213,7 @@ def _result(
     seconds: float,
 ) -> Fit:
     y, names = found.x, [p.name for p in problem.parameters]
+    units = problem.sizes(y) * problem.scale
     spread = np.sqrt(np.diag(told.covariance))
     with np.errstate(invalid="ignore"):
         correlation = told.covariance / np.outer(spread, spread)
@@ -219,9 +225,9 @@ def _result(
     model, pairs = problem.model, tuple(zip(problem.records, scenes, strict=True))
     return Fit(
         values=named(problem.values(y)),
-        uncertainty=named(spread * problem.scale),
+        uncertainty=named(spread * units),
         correlation=correlation,
-        model_error=named(told.shift * problem.scale),
+        model_error=named(told.shift * units),
         undetermined=tuple(
             {name: float(x) for name, x in zip(names, direction, strict=True) if abs(x) > IN}
             for direction in told.undetermined

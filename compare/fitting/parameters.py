@@ -33,7 +33,7 @@ _RIBBON = {
 # fields that take the sign of what they are
 _SIGNED = ("rate", "stop")
 # of t*, or of 1 / L or L: how small a change counts where a field is 0, or nearly so
-_LEAST = {"damping": 0.1, "hold": 0.1, "retardation": 0.01, "curvature": 0.1, "twist": 0.1, "shear": 0.01}
+_LEAST = {"damping": 0.5, "hold": 0.1, "retardation": 0.01, "curvature": 0.1, "twist": 0.1, "shear": 0.01}
 _OF_OFFSET, _OF_PRESET = 0.1, 0.01
 
 
@@ -62,6 +62,11 @@ class Parameter:
     def scale(self) -> float:
         """What it is counted in: itself where it begins; of an offset, which has no zero, `least`."""
         return self.least if self.owner == "offset" else self.size(self.start)
+
+    @property
+    def one_sign(self) -> bool:
+        """Whether it is of one sign."""
+        return self.low >= 0.0 or self.high <= 0.0
 
     def size(self, value: float) -> float:
         """What a small change of it is small against, at a value."""

@@ -20,9 +20,11 @@ from .predictions import EXACT, Model, Record
 
 # Derivatives are taken over so much of a parameter that the change is this many times what the model errs by,
 # where that is more than the data's uncertainty; but not over more of it than this.
-_CLEAR, _WIDEST = 3.0, 0.05
+_CLEAR, WIDEST = 3.0, 0.05
 # what is so close to a bound, in parts of a parameter, is at it
 _CLOSE = 1e-3
+# what predictions that are symmetric about 0 change by the sign of a parameter, beside what they change by it
+_EVEN = 0.1
 # units of a scene's control, by the kind of its drive
 _ANGLES = ("rad", "deg")
 _UNITS = {"turn": _ANGLES, "twist": _ANGLES, "length": ("L", "m", "mm"), "force": ("EI2/L^2", "N", "mN")}
@@ -114,51 +116,66 @@ class Problem:
         return np.column_stack([self.derivative(y, j, part) for j, part in enumerate(self.steps)])
 
     def derivative(self, y: Array, j: int, part: float) -> Array:
-        """(n,) by one parameter, over a part of it."""
+        """(n,) by one parameter, over a part of it.
+
+        By factors where it has one sign: parameters of which the ratio alone counts have opposite derivatives
+        then, to the last digit, whatever the predictions scatter by.
+        """
         parameter, value = self.parameters[j], float(self.values(y)[j])
-        h = part * parameter.size(value)
+        size = parameter.size(value)
         here = self.residual(y)
         ends, sides = [], []
-        for sign in (1.0, -1.0):
+        for way in (part, -part):
+            there = value * math.exp(way) if parameter.one_sign and abs(value) == size else value + way * size
             moved = np.array(y)
-            moved[j] += sign * h / self.scale[j]
-            inside = parameter.low <= value + sign * h <= parameter.high
-            there = self.attempt(moved) if inside else np.array([np.inf])
-            known = bool(np.isfinite(there).all())
-            ends.append(there if known else here)
-            sides.append(sign * h / self.scale[j] if known else 0.0)
+            moved[j] = there / self.scale[j]
+            inside = parameter.low <= there <= parameter.high
+            found = self.attempt(moved) if inside else np.array([np.inf])
+            known = bool(np.isfinite(found).all())
+            ends.append(found if known else here)
+            sides.append(way if known else 0.0)
         if sides[0] == sides[1]:
             raise SolverError(
-                f"{parameter.name} = {value:.6g}: the model gives nothing on either side, {h:.2g} away"
+                f"{parameter.name} = {value:.6g}: on either side, {part:.2g} of it away, the model fails"
             )
-        return (ends[0] - ends[1]) / (sides[0] - sides[1])
+        return (ends[0] - ends[1]) / (sides[0] - sides[1]) / (size / self.scale[j])
 
-    def widen(self, y: Array, error: Array) -> None:
-        """Take derivatives over so much that the change is clear of the model's error (n,), if it counts."""
-        noise = float(np.linalg.norm(error))
+    def widen(self, y: Array) -> None:
+        """Take derivatives over so much that the change is clear of the scatter, if that counts."""
+        noise = self.scatter(y)
         self.steps[:] = self.difference
         for j in range(len(y)) if noise > 1.0 else ():
-            change = float(np.linalg.norm(self.derivative(y, j, _WIDEST)))
+            change = float(np.linalg.norm(self.derivative(y, j, WIDEST)))
             wanted = _CLEAR * noise / change if change > 0.0 else math.inf
-            self.steps[j] = min(max(wanted, self.difference), max(_WIDEST, self.difference))
+            self.steps[j] = min(max(wanted, self.difference), max(WIDEST, self.difference))
+
+    def scatter(self, y: Array) -> float:
+        """By how much, all told, the residuals differ if steps are a little finer."""
+        finer = self.model.slightly_finer()
+        return 0.0 if finer is None else float(np.linalg.norm(self.residual(y, finer) - self.residual(y)))
+
+    def sizes(self, y: Array) -> Array:
+        """(p,) what a small change of each is small against."""
+        values = self.values(y).tolist()
+        sizes = [p.size(value) for p, value in zip(self.parameters, values, strict=True)]
+        return np.array(sizes) / self.scale
 
     def error(self, y: Array, fine: Model) -> Array:
         """(n,) of the model's predictions, in standard deviations: by the finer model's."""
         ratio = self.model.ratio()
         return (self.residual(y, fine) - self.residual(y)) * ratio / (ratio - 1.0)
 
-    def probe(self, y: Array, by: Array) -> float | None:
-        """By how much residuals change for a step and its opposite, halved; None where the model fails."""
-        low, high = self.bounds
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = y + sign * by
-            if ((moved < low) | (moved > high)).any():
-                return None
-            ends.append(self.attempt(moved))
-        if not np.isfinite(ends).all():
-            return None
-        return float(0.5 * np.linalg.norm(ends[0] - ends[1]))
+    def off_symmetry(self, y: Array) -> Array:
+        """A beginning off zeros about which the predictions are symmetric: no derivative leads away there."""
+        moved = np.array(y)
+        for j in np.flatnonzero([p.start == 0.0 and p.owner != "offset" for p in self.parameters]):
+            by = np.zeros(len(y))
+            by[j] = self.sizes(y)[j]
+            up, down, here = self.attempt(y + by), self.attempt(y - by), self.residual(y)
+            if np.isfinite([up, down]).all():
+                odd, even = np.linalg.norm(up - down), np.linalg.norm(up + down - 2.0 * here)
+                moved += by if odd < _EVEN * even else 0.0
+        return moved
 
     def estimate(self, y: Array, unknown: Mapping[str, str], degrees: int) -> float:
         """Take the standard deviations of these for what is left; by how much one changed, relative."""

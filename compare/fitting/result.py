@@ -119,13 +119,13 @@ class Fit(Value):
 
     def summary(self) -> list[str]:
         """What has to be known of it, in sentences."""
-        lines = [] if self.converged else ["It did not converge: begin nearer, or vary less."]
+        lines = [] if self.converged else ["It did not converge."]
         for direction in self.undetermined:
             text = f"The data do not determine {' and '.join(direction)}"
             if len(direction) > 1:
                 parts = ", ".join(f"{part:+.2g}" for part in direction.values())
                 text += f": relative changes in the ratio {parts} leave what is predicted as it is"
-            if self.prediction_error > SMALL:
+            if self.prediction_error > 1.0:
                 text += f", beside what the model errs by, {self.prediction_error:.2g} standard deviations"
             lines.append(f"{text}.")
         for name in self._coarse:
