@@ -86,10 +86,10 @@ def _table(path: str | Path, what: str) -> tuple[list[str], list[tuple[int, list
     except UnicodeDecodeError as error:
         raise SceneError(f"{what}: {path}: no text in UTF-8, by its byte {error.start + 1}") from None
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
-    told = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
-    first = told[0][1] if told else ""
+    rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
+    first = rows[0][1] if rows else ""
     separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
-    numbered = list(zip((k for k, _ in told), _cells([line for _, line in told], separator), strict=True))
+    numbered = list(zip((k for k, _ in rows), _cells([line for _, line in rows], separator), strict=True))
     numbered = [(k, row) for k, row in numbered if any(cell.strip() for cell in row)]
     if not numbered:
         raise SceneError(f"{what}: {path}: an empty file")

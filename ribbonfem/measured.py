@@ -314,10 +314,10 @@ class Measured(Value):
         wide = {name: column for name, column in spread.items() if isinstance(column, str)}
         table = read_columns(path, (*columns.values(), *wide.values()), what, missing=True)
         rows = dict(zip((*columns, *(f"+- {name}" for name in wide)), table.T, strict=True))
-        found = {name: rows.pop(f"+- {name}", value) for name, value in spread.items()}
+        deviations = {name: rows.pop(f"+- {name}", value) for name, value in spread.items()}
         return cls(
             reactions={name: rows.pop(name) for name in REACTIONS if name in rows},
-            uncertainty=found if isinstance(uncertainty, Mapping) else found[""],
+            uncertainty=deviations if isinstance(uncertainty, Mapping) else deviations[""],
             units=given,
             **rows,
         )

@@ -228,6 +228,9 @@ def test_a_motion_tells_modulus_over_density_alone():
     )
     assert rest.identifiable == {"young": False, "compression": True}
     assert list(rest.undetermined[0]) == ["young"]
+    still = Measured(control=force, height=height, uncertainty=1e-3)
+    alone = compare.fit(scene, still, vary="density")
+    assert alone.uncertainty == {"density": np.inf}
 
 
 def test_units_change_nothing():
@@ -434,6 +437,7 @@ SNAP = Measured(snap=1.3, uncertainty=1e-3)
         (BEAM, SNAP, (), OptionError, "at least"),
         (BEAM, SNAP, {"damping": (-1.0, 2.0)}, OptionError, r"must be within \(0, inf\)"),
         (BEAM, SNAP, {"damping": (0.1, 2.0)}, OptionError, "begins at 10, outside"),
+        (BEAM, SNAP, "offset", OptionError, "nothing was measured in time"),
         (BEAM, SNAP, "preset.left", OptionError, "the drive moves it"),
         (BEAM, 1.3, "damping", OptionError, "a Measured is needed"),
         ([BEAM, BEAM], SNAP, "damping", OptionError, "one for each scene"),

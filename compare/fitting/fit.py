@@ -7,9 +7,9 @@
 A prediction that comes of adaptive steps scatters by some of its tolerance as its parameters change: a small
 step of a parameter would see the scatter and not the change.  Derivatives are central differences over half a
 percent of each parameter, where the scatter counts little and the curvature (its square) not yet; and over
-more, where a long vibration makes the model's own error larger than what was measured is uncertain by.  What
-that error does to the values is measured at the end, by one refined run, and where it is not small, the fit
-goes on with finer steps.
+more, where a long vibration makes the scatter larger than what was measured is uncertain by.  What the
+model's own error does to the values is measured at the end, by one refined run, and where it is not small,
+the fit goes on with finer steps.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _model(
     name = name_of(model) if model is not None else "elastica" if planar else "kirchhoff"
     if MODEL_INFO[name].planar and not planar:
         refuse("model", name, "is planar, and what is varied leaves the plane: kirchhoff or der is needed")
-    require_options(name, "simulate", options, ("initial", "until", "configurations"))
+    require_options(name, "simulate", options, ("initial", "until", "configurations", "every"))
     given = dict(options)
     if "extensible" in defaults_of(name, "simulate"):
         given.setdefault("extensible", True)
@@ -124,13 +124,14 @@ def fit(
     >>> from ribbonfem import Scene
     >>> from ribbonfem.measured import Measured
     >>> beam = Scene(compression=0.40, shear=0.0, start="U+", rate=1.0, damping=1.0)
-    >>> found = fit(beam, Measured(snap=1.32, uncertainty=1e-3), vary="damping")
-    >>> round(found.values["damping"], 1), round(found.uncertainty["damping"], 2)
+    >>> result = fit(beam, Measured(snap=1.32, uncertainty=1e-3), vary="damping")
+    >>> round(result.values["damping"], 1), round(result.uncertainty["damping"], 2)
     (3.0, 0.15)
     """
     begin = time.process_time()
     records = records_of(scene, measured)
-    parameters = parameters_of([record.scene for record in records], vary)
+    clocks = [k for k, record in enumerate(records) if record.has_clock]
+    parameters = parameters_of([record.scene for record in records], vary, clocks)
     part = positive("difference", difference, 0.1)
     most = whole_number("most", most, 1)
     sigma, unknown = deviations_of(records)
@@ -156,67 +157,65 @@ def fit(
     for k in range(_FINER + 1):
         fine = problem.model.refined()
         problem.widen(y)
-        found = _settled(problem, y, most, unknown, degrees)
-        y = found.x
-        told = _told(problem, found, fine)
+        minimum = _settled(problem, y, most, unknown, degrees)
+        y = minimum.x
+        statistics = _inference(problem, minimum, fine)
         runs += problem.model.runs + fine.runs
-        # (of what is not determined the shift is NaN; it may be for the scatter alone)
-        spread = np.sqrt(np.diag(told.covariance))
-        coarse = float(np.nanmax(told.shift / spread, initial=0.0 if told.known else told.scatter))
+        coarse = statistics.coarse
         if given or coarse <= SMALL or coarse > _WORTH * before:
             break
         if k == _FINER or problem.model.options["tolerance"] <= _FINEST:
             break
         problem.model, before = fine, coarse
-    return _result(problem, found, told, unknown, degrees, runs, time.process_time() - begin)
+    return _result(problem, minimum, statistics, unknown, degrees, runs, time.process_time() - begin)
 
 
 def _settled(
     problem: Problem, y: Array, most: int, unknown: Mapping[str, str], degrees: int
 ) -> OptimizeResult:
     """The minimum, with the standard deviations that are not given as what it leaves."""
-    found = problem.minimum(y, most)
+    minimum = problem.minimum(y, most)
     # one that all share changes no minimum
     names = {name for record in problem.records for name in record.measured.measured}
     alone = len(unknown) == 1 and names == set(unknown)
     for _ in range(_ROUNDS if unknown else 0):
-        change = problem.estimate(found.x, unknown, degrees)
+        change = problem.estimate(minimum.x, unknown, degrees)
         if alone or change < _SETTLED:
             break
-        found = problem.minimum(found.x, most)
-    return found
+        minimum = problem.minimum(minimum.x, most)
+    return minimum
 
 
-def _told(problem: Problem, found: OptimizeResult, fine: Model) -> Inference:
+def _inference(problem: Problem, minimum: OptimizeResult, fine: Model) -> Inference:
     """What the minimum says, with the error of the model's predictions there."""
-    y = found.x
+    y = minimum.x
     sizes, error, scatter = problem.sizes(y), problem.error(y, fine), problem.scatter(y)
 
     def inferred() -> Inference:
         slopes = problem.jacobian(y) * sizes
         return infer(slopes, problem.residual(y), error, scatter, problem.steps, ~problem.bound(y))
 
-    told = inferred()
-    if (problem.steps < min(told.wanted, WIDEST)).any():
-        problem.steps[:] = np.maximum(problem.steps, min(told.wanted, WIDEST))
-        told = inferred()
-    return told
+    result = inferred()
+    if (problem.steps < min(result.wanted, WIDEST)).any():
+        problem.steps[:] = np.maximum(problem.steps, min(result.wanted, WIDEST))
+        result = inferred()
+    return result
 
 
 def _result(
     problem: Problem,
-    found: OptimizeResult,
-    told: Inference,
+    minimum: OptimizeResult,
+    statistics: Inference,
     unknown: Mapping[str, str],
     degrees: int,
     runs: int,
     seconds: float,
 ) -> Fit:
-    y, names = found.x, [p.name for p in problem.parameters]
+    y, names = minimum.x, [p.name for p in problem.parameters]
     units = problem.sizes(y) * problem.scale
-    spread = np.sqrt(np.diag(told.covariance))
+    spread = np.sqrt(np.diag(statistics.covariance))
     with np.errstate(invalid="ignore"):
-        correlation = told.covariance / np.outer(spread, spread)
+        correlation = statistics.covariance / np.outer(spread, spread)
     scenes, residual = problem.scenes(y), problem.residual(y)
 
     def named(values: Array) -> dict[str, float]:
@@ -227,14 +226,14 @@ def _result(
         values=named(problem.values(y)),
         uncertainty=named(spread * units),
         correlation=correlation,
-        model_error=named(told.shift * units),
+        model_error=named(statistics.shift * units),
         undetermined=tuple(
             {name: float(x) for name, x in zip(names, direction, strict=True) if abs(x) > IN}
-            for direction in told.undetermined
+            for direction in statistics.undetermined
         ),
         at_bounds=tuple(name for name, mask in zip(names, problem.bound(y), strict=True) if mask),
-        prediction_error=told.noise,
-        converged=bool(found.status > 0 and told.left < _LEFT + told.blur),
+        prediction_error=statistics.noise,
+        converged=bool(minimum.status > 0 and statistics.left < _LEFT + statistics.blur),
         chi2=float(residual @ residual),
         degrees=degrees,
         estimated=tuple(unknown),

@@ -43,9 +43,10 @@ class Inference(NamedTuple):
     wanted: float
 
     @property
-    def known(self) -> bool:
-        """Whether all is determined."""
-        return not self.undetermined
+    def coarse(self) -> float:
+        """How large the shift is beside the standard deviations; of what is not determined the scatter is."""
+        least = self.scatter if self.undetermined else 0.0
+        return float(np.nanmax(self.shift / np.sqrt(np.diag(self.covariance)), initial=least))
 
 
 def infer(
@@ -69,7 +70,7 @@ def infer(
     change = s / np.linalg.norm(v / steps, axis=1)
     real = s > _ROUNDING * s[0]
     known = real & (change > _SEEN * scatter)
-    wanted = float(_CLEAR * scatter / s[real].min())
+    wanted = float(_CLEAR * scatter / s[real].min()) if real.any() else 0.0
     lost = tuple(v[~known])
     inverse = v[known].T / s[known]
     covariance = inverse @ inverse.T

@@ -73,8 +73,8 @@ class Parameter:
         return self.least if self.owner == "offset" else max(abs(value), self.least)
 
 
-def parameters_of(scenes: Sequence[Scene], vary: object) -> tuple[Parameter, ...]:
-    """The parameters that `vary` names, for scenes that share them.
+def parameters_of(scenes: Sequence[Scene], vary: object, clocks: Sequence[int]) -> tuple[Parameter, ...]:
+    """The parameters that `vary` names, for scenes that share them; an offset for each with a clock.
 
     Raises
     ------
@@ -84,19 +84,19 @@ def parameters_of(scenes: Sequence[Scene], vary: object) -> tuple[Parameter, ...
     if isinstance(vary, str):
         vary = (vary,)
     if isinstance(vary, Mapping):
-        asked = dict(vary)
+        limits = dict(vary)
     elif isinstance(vary, Sequence) and all(isinstance(name, str) for name in vary):
-        asked = dict.fromkeys(vary)
-        if len(asked) < len(vary):
+        limits = dict.fromkeys(vary)
+        if len(limits) < len(vary):
             refuse("vary", vary, "each name once")
     else:
         refuse("vary", vary, "names are needed, or a mapping of names to bounds (low, high), or None")
     result: list[Parameter] = []
-    for name, bounds in asked.items():
-        for parameter in _named(scenes, name):
+    for name, bounds in limits.items():
+        for parameter in _named(scenes, name, clocks):
             result.append(_bounded(parameter, bounds))
             if (twin := next((p for p in result[:-1] if _place(p) == _place(parameter)), None)) is not None:
-                refuse("vary", tuple(asked), f"{twin.name!r} and {name!r} are the same")
+                refuse("vary", tuple(limits), f"{twin.name!r} and {name!r} are the same")
     if not result:
         refuse("vary", vary, f"one of {', '.join(names_of(scenes[0]))} at least")
     return tuple(result)
@@ -112,13 +112,16 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     return (*_SCENE, *_RIBBON, *presets, "offset")
 
 
-def _named(scenes: Sequence[Scene], name: object) -> list[Parameter]:
-    """The parameter of a name: of an offset one a record."""
+def _named(scenes: Sequence[Scene], name: object, clocks: Sequence[int]) -> list[Parameter]:
+    """The parameter of a name: of an offset one a clock."""
     owner, _, key = name.rpartition(".") if isinstance(name, str) else ("", "", "")
     if key == "offset" and not owner:
         least = _OF_OFFSET * scenes[0].ribbon.inertial_time
-        names = ["offset"] if len(scenes) == 1 else [f"offset {k + 1}" for k in range(len(scenes))]
-        return [Parameter(each, "offset", k, 0.0, least, -INF, INF) for k, each in enumerate(names)]
+        if not clocks:
+            refuse("vary", name, "nothing was measured in time")
+        names = ["offset"] if len(clocks) == 1 else [f"offset {k + 1}" for k in clocks]
+        pairs = zip(names, clocks, strict=True)
+        return [Parameter(each, "offset", k, 0.0, least, -INF, INF) for each, k in pairs]
     for group, fields in (("scene", _SCENE), ("ribbon", _RIBBON)):
         if key in fields and owner in ("", group):
             return [_field(scenes, str(name), group, key, fields[key])]

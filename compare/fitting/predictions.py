@@ -118,6 +118,11 @@ class Record:
         measured = self.measured
         return measured.time is None and any(name not in EVENTS for name in measured.measured)
 
+    @property
+    def has_clock(self) -> bool:
+        """Whether something of it was measured in time."""
+        return self.measured.time is not None or self.measured.snap_time is not None
+
     def unit(self, name: str) -> str:
         """The unit of a quantity."""
         return self.measured.unit(name, self.scene.drives.unit)
@@ -185,17 +190,17 @@ class Record:
         return branch
 
     def _event(self, history: History, name: str, offset: float) -> Array:
-        found = history.crossing("slope") if name == "first_snap" else history.snap
-        if found is None:
+        crossing = history.crossing("slope") if name == "first_snap" else history.snap
+        if crossing is None:
             raise SolverError(f"{name} was measured, and the ribbon does not snap: {history!r}", history)
-        return np.array([found[0] + offset if name == "snap_time" else found[1]])
+        return np.array([crossing[0] + offset if name == "snap_time" else crossing[1]])
 
     def _folds(self, model: Model, scene: Scene) -> Array:
-        found: tuple[Fold, ...] = model.of("folds", scene)
+        folds: tuple[Fold, ...] = model.of("folds", scene)
         wanted = len(self.measured.folds)
-        if len(found) < wanted:
-            raise SolverError(f"{wanted} folds were measured, and a slow ramp meets {len(found)}")
-        return np.array([fold.control for fold in found[:wanted]])
+        if len(folds) < wanted:
+            raise SolverError(f"{wanted} folds were measured, and a slow ramp meets {len(folds)}")
+        return np.array([fold.control for fold in folds[:wanted]])
 
     def _at_rest(
         self, model: Model, scene: Scene, rows: list[str], sigma: Mapping[str, Any]

@@ -18,8 +18,8 @@ from ribbonfem.results import Array
 from .parameters import Parameter, applied, offset_of
 from .predictions import EXACT, Model, Record
 
-# Derivatives are taken over so much of a parameter that the change is this many times what the model errs by,
-# where that is more than the data's uncertainty; but not over more of it than this.
+# Derivatives are taken over so much of a parameter that the change is this many times what predictions
+# scatter by, where that is more than the data's uncertainty; but not over more of it than this.
 _CLEAR, WIDEST = 3.0, 0.05
 # what is so close to a bound, in parts of a parameter, is at it
 _CLOSE = 1e-3
@@ -130,9 +130,9 @@ class Problem:
             moved = np.array(y)
             moved[j] = there / self.scale[j]
             inside = parameter.low <= there <= parameter.high
-            found = self.attempt(moved) if inside else np.array([np.inf])
-            known = bool(np.isfinite(found).all())
-            ends.append(found if known else here)
+            changed = self.attempt(moved) if inside else np.array([np.inf])
+            known = bool(np.isfinite(changed).all())
+            ends.append(changed if known else here)
             sides.append(way if known else 0.0)
         if sides[0] == sides[1]:
             raise SolverError(
@@ -170,7 +170,7 @@ class Problem:
         moved = np.array(y)
         for j in np.flatnonzero([p.start == 0.0 and p.owner != "offset" for p in self.parameters]):
             by = np.zeros(len(y))
-            by[j] = self.sizes(y)[j]
+            by[j] = min(self.sizes(y)[j], self.bounds[1][j] - y[j]) or -self.sizes(y)[j]
             up, down, here = self.attempt(y + by), self.attempt(y - by), self.residual(y)
             if np.isfinite([up, down]).all():
                 odd, even = np.linalg.norm(up - down), np.linalg.norm(up + down - 2.0 * here)

@@ -169,8 +169,8 @@ def fit(result: Any, axes: Any = None, *, quantity: str | None = None, scene: in
         (result.measured[k].values(name), result.predicted[k][name], result.sigma[k][name]) for k in which
     ]
     measured, predicted, sigma = (np.concatenate(each) for each in zip(*rows, strict=True))
-    found = (f"{key} {text}" for key, text in result.texts.items())
-    style: dict[str, Any] = {"color": "C1", "lw": 1.0, "label": "fit\n" + "\n".join(found)} | line
+    texts = (f"{key} {text}" for key, text in result.texts.items())
+    style: dict[str, Any] = {"color": "C1", "lw": 1.0, "label": "fit\n" + "\n".join(texts)} | line
     if events:
         over, label = _over_scenes(result, which, name)
         axes.plot(over, predicted, **({"marker": "x", "ls": "none"} | style))

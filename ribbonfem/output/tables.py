@@ -194,8 +194,8 @@ def fit_frame(result: Any) -> Any:
             parts.append(pandas.DataFrame(columns | {"unit": unit}))
     frame = pandas.concat(parts, ignore_index=True)
     named = {name: dict(getattr(result, name)) for name in ("values", "uncertainty", "model_error")}
-    told = {name: getattr(result, name) for name in ("chi2", "degrees", "converged")}
-    frame.attrs.update(named, **told, **_about(result))
+    facts = {name: getattr(result, name) for name in ("chi2", "degrees", "converged")}
+    frame.attrs.update(named, **facts, **_about(result))
     return frame
 
 
