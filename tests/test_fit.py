@@ -140,6 +140,57 @@ def test_a_push_in_newton_tells_the_modulus():
     assert fit.uncertainty["young"] > 10.0 * abs(fit.values["young"] - 2.3e9)
 
 
+def test_a_load_cell_tells_the_modulus():
+    """A force in N goes with EI2 / L^2: also of a smooth ramp that does not snap, where heights say little."""
+    ramp = Schedule.ramp(rate=1.0, stop=0.9, acceleration=2.0)
+    scene = replace(BEAM, rate=0.1, stop=None, schedule=ramp, damping=1.0)
+    true, times, meshes = (
+        replace(scene, ribbon=Ribbon(young=1.1e8)),
+        np.linspace(0.0, ramp.time[-1], 81),
+        (51, 101),
+    )
+    cells = []
+    for nodes in meshes:
+        run = der.simulate(true, nodes=nodes, tolerance=1e-7, configurations=False)
+        cells.append(CubicSpline(run.time, run.reactions[:, 0, 0])(times))
+    newton = two_point(*cells, edge_ratio(*meshes)) * true.ribbon.bending_stiffness / true.ribbon.length**2
+    data = Measured(
+        time=times, reactions={"force_left_x": newton}, units={"force_left_x": "N"}, uncertainty=0.1
+    )
+    fit = compare.fit(scene, data, vary=("young", "compression"))
+    assert fit.met
+    assert_true(fit, {"young": 1.1e8, "compression": 0.4}, 0.3)
+    slow = Measured(time=times, height=height_at(run, times), uncertainty=1e-3)
+    dull = compare.fit(scene, slow, vary="young")
+    assert dull.uncertainty["young"] > 10.0 * fit.uncertainty["young"]
+
+
+def test_every_column_is_what_a_motion_has_of_it():
+    pytest.importorskip("pandas")
+    scene = Scene(rate=1.0, stop=0.3, damping=10.0, gravity=NONE)
+    options = {"extensible": True, "tolerance": 1e-6}
+    run = kirchhoff.simulate(scene, **options)
+    frame = run.to_pandas()[5:-5:7]
+    names = ["time", "height", "slope", "load", *(name for name in frame if name[:5] in ("force", "momen"))]
+    rows = {name: frame[name].to_numpy() for name in names}
+    reactions = {name: rows.pop(name) for name in names[4:]}
+    middle = run.configurations["positions"][5:-5:7, np.argmin(np.abs(run.arclength - 0.5))]
+    data = Measured(
+        **rows,
+        control=frame["angle"].to_numpy(),
+        midspan_x=middle[:, 0],
+        midspan_y=middle[:, 1],
+        reactions=reactions,
+        uncertainty=dict.fromkeys((*names[1:], "control", "midspan_x", "midspan_y"), 1e-3),
+    )
+    assert len(data.measured) == 18
+    fit = compare.fit(scene, data, vary="damping", **options)
+    assert fit.values["damping"] == pytest.approx(10.0, abs=1e-6)
+    # at its own steps a motion is interpolated by itself
+    assert fit.chi2 < 1e-9
+    np.testing.assert_allclose(fit.predicted[0]["midspan_y"], middle[:, 1], atol=1e-9)
+
+
 def test_a_state_beyond_the_fold_is_near_the_fold():
     (fold,) = elastica.folds(replace(BEAM, stop=None, compression=0.39), extensible=True)
     spread = {"control": 1e-3, "height": 1e-3}
