@@ -66,6 +66,11 @@ def _model(
     given = dict(options)
     if "extensible" in defaults_of(name, "simulate"):
         given.setdefault("extensible", True)
+    # one mesh for all trials: which one a motion takes by itself depends on its scene
+    mesh, settled = MODEL_INFO[name].mesh, MODEL_INFO[name].settled
+    if given.get(mesh) is None:
+        usual = defaults_of(name, "simulate" if any(record.moves for record in records) else "folds")[mesh]
+        given[mesh] = settled(records[0].scene, None) if usual is None and settled else usual
     if given.get("step") is None and given.get("tolerance") is None:
         known = [
             float(np.nanmin(each[key])) * record.own(key, record.scene)

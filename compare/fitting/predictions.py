@@ -119,6 +119,12 @@ class Record:
         return measured.time is None and any(name not in EVENTS for name in measured.measured)
 
     @property
+    def moves(self) -> bool:
+        """Whether something of a motion was measured."""
+        events = [name for name in self.measured.measured if name in EVENTS and name != "folds"]
+        return self.measured.time is not None or bool(events)
+
+    @property
     def has_clock(self) -> bool:
         """Whether something of it was measured in time."""
         return self.measured.time is not None or self.measured.snap_time is not None
@@ -166,10 +172,7 @@ class Record:
 
     def history(self, model: Model, scene: Scene, offset: float) -> History | None:
         """The motion of the scene, if something of one was measured."""
-        moves = self.measured.time is not None or any(
-            name in EVENTS and name != "folds" for name in self.measured.measured
-        )
-        if not moves:
+        if not self.moves:
             return None
         moving, options = self.moving(scene, offset)
         history: History = model.of("simulate", moving, **options)
