@@ -281,12 +281,9 @@ class Scene:
         """The scene at rest without presets, loads and natural shape: where its `start` is named."""
         if not self.dressed:
             return self.at_rest
-        bare = {
-            "preset": {},
-            "gravity": (0.0, 0.0, 0.0),
-            "ribbon": replace(self.ribbon, curvature=0.0, twist=0.0),
-        }
-        return replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0, schedule=None, **bare)  # type: ignore[arg-type]
+        ribbon = replace(self.ribbon, curvature=0.0, twist=0.0)
+        still = replace(self, rate=1.0, stop=None, hold=0.0, damping=0.0, schedule=None)
+        return replace(still, preset={}, gravity=(0.0, 0.0, 0.0), ribbon=ribbon)
 
     @property
     def dressed(self) -> bool:
