@@ -61,8 +61,15 @@ class Problem(Protocol[State]):
     than by Newton has a `predict` too, with the arguments of `advance`.
     """
 
-    weight: Array
-    parameter_weight: float
+    @property
+    def weight(self) -> Array:
+        """(n,) of the unknowns."""
+        ...
+
+    @property
+    def parameter_weight(self) -> float:
+        """Of p."""
+        ...
 
     def linearise(self, state: State, parameter: float) -> Linearisation:
         """Assemble and factorise at a state."""

@@ -31,7 +31,7 @@ h^2 pi^2 / 24 L^2, 4e-5 for the default ribbon.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,7 +147,6 @@ class Statics:
         self.mesh = mesh = mesh_of(count)
         self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
         self.rig = Rig.of(scene, self.tables.points) if rig is None else rig
-        self.parameter_weight = parameter_weight(self.rig.moved)
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
@@ -161,6 +160,11 @@ class Statics:
             self.compliance,
             np.array([-self.rig.moves[LEFT], self.rig.moves[RIGHT]]),
         )
+
+    @cached_property
+    def parameter_weight(self) -> float:
+        """Of the parameter, in an arclength of states."""
+        return parameter_weight(self.rig.moved)
 
     @property
     def arclength(self) -> Array:

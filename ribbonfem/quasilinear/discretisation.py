@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +18,8 @@ from .problem import Statics, _State
 
 
 @lru_cache(maxsize=32)
-def _matrices(elements: int, degree: int) -> tuple[beam.Matrix, beam.Matrix, beam.Matrix]:
-    """K, G and M of a mesh; kept."""
+def _constants(elements: int, degree: int) -> dict[str, Any]:
+    """What a beam has of its mesh alone; kept."""
     mesh = mesh_of(elements, degree)
     n = mesh.count
     stiffness, tension, mass = (
@@ -30,7 +31,13 @@ def _matrices(elements: int, degree: int) -> tuple[beam.Matrix, beam.Matrix, bea
         for whole in (mesh.stiffness, mesh.tension, mesh.mass)
     )
     mass.band[mesh.width, n:] = 1.0
-    return stiffness, tension, mass
+    return {
+        "stiffness": stiffness,
+        "tension": tension,
+        "mass": mass,
+        "middle": beam.padded(mesh.middle[0], n),
+        "height": beam.padded(mesh.height[:n], n),
+    }
 
 
 def _diagonals(mesh: Mesh, matrix: Array) -> Array:
@@ -43,13 +50,8 @@ def _diagonals(mesh: Mesh, matrix: Array) -> Array:
 def discretised(problem: Statics) -> beam.Beam:
     """The beam as arrays for the compiled time loop."""
     mesh = problem.mesh
-    stiffness, tension, mass = _matrices(problem.elements, problem.degree)
     return beam.Beam(
-        stiffness=stiffness,
-        tension=tension,
-        mass=mass,
-        middle=beam.padded(mesh.middle[0], mesh.count),
-        height=beam.padded(mesh.height[: mesh.count], mesh.count),
+        **_constants(problem.elements, problem.degree),
         weight=beam.padded(problem.weight_load, mesh.count),
         bent=beam.padded(problem.bent, mesh.count),
         own=problem.own,

@@ -17,6 +17,7 @@ with c_j what the clamp's shape function does to a mode, and its fold the one ro
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh, null_space
@@ -75,9 +76,7 @@ class Statics:
         self.unit = scene.ribbon.inertial_time
         self.mesh = mesh_of(self.elements, degree)
         self.rig = rig = Rig.of(scene, self.mesh.points) if rig is None else rig
-        self.parameter_weight = parameter_weight(rig.moved)
         self.free = slice(0, self.mesh.count)
-        self.weight = np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
         self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
         # loads of the weight and the natural curvature, and the energy of this in the straight beam
         self.weight_load = rig.weight[1] / self.scale * self.mesh.weight
@@ -85,6 +84,16 @@ class Statics:
         if scene.ribbon.shaped:
             self.bent = self.mesh.curvature.T @ (self.mesh.shares * rig.curvature) / self.scale
             self.own = 0.5 * float(self.mesh.shares @ rig.curvature**2) / self.compression
+
+    @cached_property
+    def parameter_weight(self) -> float:
+        """Of the parameter, in an arclength of states."""
+        return parameter_weight(self.rig.moved)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Of the unknowns, in an arclength of states."""
+        return np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
 
     def _held(self, controls: Array) -> Array:
         """(4,) Z and Z' of both ends."""

@@ -126,6 +126,8 @@ class Moving(NamedTuple):
 def padded(table: Array, dofs: int) -> Array:
     """A table (..., n) or (..., n + 4) of n dofs as (..., N) or (..., N + 4)."""
     places = WIDTH * -(-dofs // WIDTH)
+    if places == dofs:
+        return np.array(table, order="C")
     result = np.zeros((*table.shape[:-1], places + table.shape[-1] - dofs))
     result[..., :dofs], result[..., places:] = table[..., :dofs], table[..., dofs:]
     return result
