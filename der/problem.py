@@ -60,6 +60,10 @@ class Statics:
         # the node at midspan, or the two beside it
         self.midspan = sorted({(rod.nodes - 1) // 2, rod.nodes // 2})
 
+    def along(self, ends: Ends) -> Statics:
+        """The same equations with other ends, whose controls may move otherwise with the parameter."""
+        return Statics(self.rod, ends)
+
     @property
     def arclength(self) -> Array:
         """(nodes,) s/L of the nodes whose positions are handed out."""

@@ -30,6 +30,7 @@ h^2 pi^2 / 24 L^2, 4e-5 for the default ribbon.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -39,6 +40,7 @@ from numpy.typing import NDArray
 from ribbonfem.closed_form import euler
 from ribbonfem.continuation import PARAMETER_WEIGHT, Linearisation, parameter_weight
 from ribbonfem.elements.lobatto import LineTables, interpolation_at, line_tables, lobatto_weights
+from ribbonfem.ends import Ends
 from ribbonfem.ends.planar import Rig
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.linalg.banded import Arrow
@@ -146,25 +148,36 @@ class Statics:
         self.elements, self.extensible = count, bool(extensible)
         self.mesh = mesh = mesh_of(count)
         self.tables, self.nodes, self.mass, self.middle = mesh.tables, mesh.nodes, mesh.mass, mesh.middle
-        self.rig = Rig.of(scene, self.tables.points) if rig is None else rig
         self.chord = 1.0 - scene.compression
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
         self.weight = mesh.weight
-        self._carried = self._carry() if self.rig.loaded else _nothing_carried(count)
+        self._rig_by(Rig.of(scene, self.tables.points) if rig is None else rig)
+
+    def _rig_by(self, rig: Rig) -> None:
+        mesh, self.rig = self.mesh, rig
+        # what is kept is of another rig
+        vars(self).pop("parameter_weight", None)
+        self._carried = self._carry() if rig.loaded else _nothing_carried(self.elements)
         self._arrays = (
             mesh.tables.value,
             mesh.weights,
             mesh.coupling,
             mesh.bending,
             self.compliance,
-            np.array([-self.rig.moves[LEFT], self.rig.moves[RIGHT]]),
+            np.array([-rig.moves[LEFT], rig.moves[RIGHT]]),
         )
 
     @cached_property
     def parameter_weight(self) -> float:
         """Of the parameter, in an arclength of states."""
         return parameter_weight(self.rig.moved)
+
+    def along(self, ends: Ends) -> Statics:
+        """The same equations with other ends, whose controls may move otherwise with the parameter."""
+        other = copy(self)
+        other._rig_by(self.rig.along(ends))
+        return other
 
     @property
     def arclength(self) -> Array:

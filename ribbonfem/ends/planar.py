@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class Rig:
         ends = Ends.of(scene)
         curvature = scene.ribbon.natural(points)[0] if scene.ribbon.shaped else np.zeros(np.shape(points))
         return cls(ends.fixed[_PLACED], ends.moved[_PLACED], ends.weight[::2].copy(), curvature)
+
+    def along(self, ends: Ends) -> Rig:
+        """The same with other ends."""
+        return replace(self, controls=ends.fixed[_PLACED], moves=ends.moved[_PLACED])
 
     def brought_on(self, begin: float) -> Rig:
         """In the share of all that acts where the control is at `begin`."""

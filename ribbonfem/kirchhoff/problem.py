@@ -113,6 +113,20 @@ class Statics:
         other.stiffness = self.stiffness * np.array([1.0, 1.0, 1.0 + share])
         return other
 
+    def along(self, ends: Ends) -> Statics:
+        """The same equations with other ends, whose controls may move otherwise with the parameter."""
+        other = copy(self)
+        other.ends, other.loaded = ends, ends.pushes
+        other.parameter_weight = parameter_weight(ends.moved)
+        return other
+
+    def tangential(self, state: Frames, vector: Array) -> Array:
+        """The part of a vector (4 m + 3,) along the unit spheres of the quaternions."""
+        result = vector.copy()
+        frames, inner = result[:-3].reshape(-1, 4), state.g[1:-1]
+        frames -= np.sum(frames * inner, axis=1)[:, None] * inner
+        return result
+
     @property
     def compression(self) -> float:
         """dL/L where the controls are 0."""

@@ -16,6 +16,7 @@ with c_j what the clamp's shape function does to a mode, and its fold the one ro
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,6 +25,7 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 from ribbonfem.continuation import Linearisation, parameter_weight
+from ribbonfem.ends import Ends
 from ribbonfem.ends.planar import Rig
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.linalg.banded import Arrow
@@ -75,9 +77,9 @@ class Statics:
         self.side = 1.0 if scene.start == "U+" else -1.0
         self.unit = scene.ribbon.inertial_time
         self.mesh = mesh_of(self.elements, degree)
-        self.rig = rig = Rig.of(scene, self.mesh.points) if rig is None else rig
+        rig = Rig.of(scene, self.mesh.points) if rig is None else rig
         self.free = slice(0, self.mesh.count)
-        self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
+        self._rig_by(rig)
         # loads of the weight and the natural curvature, and the energy of this in the straight beam
         self.weight_load = rig.weight[1] / self.scale * self.mesh.weight
         self.bent, self.own = np.zeros_like(self.weight_load), 0.0
@@ -94,6 +96,18 @@ class Statics:
     def weight(self) -> Array:
         """Of the unknowns, in an arclength of states."""
         return np.append(self.compression * self.mesh.mass.diagonal()[self.free], 0.0)
+
+    def _rig_by(self, rig: Rig) -> None:
+        self.rig = rig
+        # what is kept is of another rig
+        vars(self).pop("parameter_weight", None)
+        self._fixed, self._moved = (self._held(controls) for controls in (rig.controls, rig.moves))
+
+    def along(self, ends: Ends) -> Statics:
+        """The same equations with other ends, whose controls may move otherwise with the parameter."""
+        other = copy(self)
+        other._rig_by(self.rig.along(ends))
+        return other
 
     def _held(self, controls: Array) -> Array:
         """(4,) Z and Z' of both ends."""
