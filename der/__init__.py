@@ -4,6 +4,8 @@
     der.equilibria(scene)   the connected curve of equilibria through the start state
     der.instabilities(scene)
                             where the state that such a ramp follows is lost, at folds or otherwise
+    der.fold_curve, der.pitchfork_curve
+                            one of these over a second parameter
     der.leaves_plane(scene) where a planar state at rest leaves its plane
     der.simulate(scene)     the motion while the control moves and is held
     der.escape(scene)       the motion that leaves a fold by itself
@@ -23,7 +25,16 @@ from ribbonfem.public_names import public
 
 from . import modes
 from .escape import escape
-from .functions import equilibria, folds, frequencies, instabilities, leaves_plane, normal_forms
+from .functions import (
+    equilibria,
+    fold_curve,
+    folds,
+    frequencies,
+    instabilities,
+    leaves_plane,
+    normal_forms,
+    pitchfork_curve,
+)
 from .info import MODEL_INFO
 from .motion import simulate
 from .rest import saddle, skipping_bound, stable_states, state
@@ -32,12 +43,14 @@ __all__ = [
     "MODEL_INFO",
     "equilibria",
     "escape",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "leaves_plane",
     "modes",
     "normal_forms",
+    "pitchfork_curve",
     "saddle",
     "simulate",
     "skipping_bound",

@@ -7,10 +7,12 @@ from typing import Any
 
 from ribbonfem.continuation import Event, Steps
 from ribbonfem.continuation.curves import as_fold, instability_of, ramp_events, span_of, whole_curve
+from ribbonfem.continuation.two_parameters import fold_curve_of, pitchfork_curve_of
 from ribbonfem.continuation.vibration import natural_frequencies
 from ribbonfem.delay import NormalForm, normal_form
+from ribbonfem.ends.second_parameter import SecondParameter
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, Instability
+from ribbonfem.results import Array, Branch, Fold, FoldCurve, Instability, PitchforkCurve
 from ribbonfem.scene import Scene
 
 from . import out_of_plane as plane
@@ -74,6 +76,61 @@ def _as_instabilities(
 ) -> tuple[Instability, ...]:
     problem, of = Statics(rod), {"model": "der", "options": options}
     return tuple(instability_of(problem, event, rod.scene, steps, of) for event in events)
+
+
+@checked
+def fold_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    nodes: int = 151,
+    clamp: str = "centred",
+    steps: Steps | None = None,
+) -> FoldCurve:
+    """One of the scene's folds over a second parameter, through the curve's turns and cusps.
+
+    Parameters
+    ----------
+    scene: what is at rest, and the first parameter: its control.
+    over: "compression" or "shear" of the scene, or another control that the drive does not move ("both" and
+        "opposed" are two): where it stands, as a preset has it.
+    span: from where to where it is followed, the scene's own value among it.
+    which: the number of the fold in `folds`, from 0.
+    nodes, clamp, steps: as in `folds`.
+
+    Raises
+    ------
+    SceneError, OptionError, SolverError
+        As in `folds`; for a parameter, a span or a number that cannot be.
+    """
+    parameter = SecondParameter.of(scene, over, span)
+    rod, events = Rod(scene, nodes, clamp), met_folds(scene, nodes, clamp, steps)
+    of = {"model": "der", "options": options_given()}
+    return fold_curve_of(Statics(rod), events, which, scene, parameter, default_steps(rod, steps), **of)
+
+
+@checked
+def pitchfork_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    nodes: int = 151,
+    clamp: str = "centred",
+    steps: Steps | None = None,
+) -> PitchforkCurve:
+    """One of the scene's pitchforks over a second parameter that keeps its symmetry.
+
+    Parameters and errors as in `fold_curve`; `which` is the number among those `instabilities` that are no
+    folds.  A parameter that breaks the symmetry unfolds the pitchfork, and is refused.
+    """
+    parameter = SecondParameter.of(scene, over, span)
+    rod, events = Rod(scene, nodes, clamp), met_events(scene, nodes, clamp, steps)
+    of = {"model": "der", "options": options_given()}
+    return pitchfork_curve_of(Statics(rod), events, which, scene, parameter, default_steps(rod, steps), **of)
 
 
 @checked

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from .options import OptionError
 from .public_names import public
-from .results import Branch, Fold, History, Instability, SolverError
+from .results import Branch, Fold, FoldCurve, History, Instability, PitchforkCurve, SolverError
 from .scene import Drive, Ribbon, Scene, SceneError, SceneWarning, Schedule
 
 # the name of the version before
@@ -20,9 +20,11 @@ __all__ = [
     "Branch",
     "Drive",
     "Fold",
+    "FoldCurve",
     "History",
     "Instability",
     "OptionError",
+    "PitchforkCurve",
     "Ribbon",
     "Scene",
     "SceneError",

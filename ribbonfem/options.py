@@ -154,6 +154,7 @@ CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "configurations": flag,
     "gyroscopic": flag,
     "count": lambda name, value: whole_number(name, value, 1),
+    "which": lambda name, value: whole_number(name, value, 0),
     "span": lambda name, value: None if value is None else interval(name, value),
     "angle": angle,
     "unstable": lambda name, value: whole_number(name, value, 0, 1000),
@@ -200,7 +201,10 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
         for name, parameter in signature.parameters.items()
         if parameter.kind is parameter.KEYWORD_ONLY and name not in _NO_OPTIONS
     }
-    what = f"{function.__module__.removesuffix('.functions').removesuffix('.motion')}.{function.__name__}"
+    module = function.__module__
+    for file in (".functions", ".motion", ".two_parameters"):
+        module = module.removesuffix(file)
+    what = f"{module}.{function.__name__}"
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:

@@ -24,6 +24,7 @@ PROBLEM = {
         "state_names",
         "results",
         "equilibria",
+        "fold_curves",
         "history",
         "events",
         "frozen",

@@ -2,7 +2,17 @@
 
 from ribbonfem.public_names import public
 
-from .functions import equilibria, folds, frequencies, instabilities, leaves_plane, normal_forms, state
+from .functions import (
+    equilibria,
+    fold_curve,
+    folds,
+    frequencies,
+    instabilities,
+    leaves_plane,
+    normal_forms,
+    pitchfork_curve,
+    state,
+)
 from .info import MODEL_INFO
 from .motion import escape, simulate
 
@@ -10,11 +20,13 @@ __all__ = [
     "MODEL_INFO",
     "equilibria",
     "escape",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "leaves_plane",
     "normal_forms",
+    "pitchfork_curve",
     "simulate",
     "state",
 ]

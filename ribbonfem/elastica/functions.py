@@ -16,9 +16,21 @@ from ribbonfem.continuation.curves import (
     span_of,
     whole_curve,
 )
+from ribbonfem.continuation.two_parameters import fold_curve_of, pitchfork_curve_of
 from ribbonfem.delay import NormalForm, normal_form
-from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, Instability, RestState, SolverError
+from ribbonfem.ends.second_parameter import SecondParameter
+from ribbonfem.options import checked, options_given, refuse
+from ribbonfem.results import (
+    Array,
+    Branch,
+    Fold,
+    FoldCurve,
+    Instability,
+    PitchforkCurve,
+    RestState,
+    SolverError,
+    control_text,
+)
 from ribbonfem.scene import Scene
 
 from . import out_of_plane
@@ -29,11 +41,13 @@ from .states import named, rest_state
 
 __all__ = [
     "equilibria",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "leaves_plane",
     "normal_forms",
+    "pitchfork_curve",
     "state",
 ]
 
@@ -147,6 +161,71 @@ def _lost(
     height, _, load = problem.observe(across.state, control)
     # the planar state is its own mirror image: no quadratic term; the cubic one is not known in the plane
     return (Instability(control, "pitchfork", False, True, height, load, scene=scene, **of),)
+
+
+@checked
+def fold_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    elements: int = AT_REST,
+    extensible: bool = False,
+    steps: Steps | None = None,
+) -> FoldCurve:
+    """One of the scene's folds over a second parameter, through the curve's turns and cusps.
+
+    Parameters
+    ----------
+    scene: what is at rest, and the first parameter: its control.
+    over: "compression" of the scene, or another control of the plane that the drive does not move ("both" and
+        "opposed" are two): where it stands, as a preset has it.
+    span: from where to where it is followed, the scene's own value among it.
+    which: the number of the fold in `folds`, from 0.
+    elements, extensible, steps: as in `folds`.
+
+    Raises
+    ------
+    SceneError, OptionError, SolverError
+        As in `folds`; for a parameter, a span or a number that cannot be.
+    """
+    parameter = SecondParameter.of(scene, over, span, planar=True)
+    problem, start = named(scene, elements, extensible)
+    events = _folds(problem, start, scene, steps)
+    of = {"model": "elastica", "options": options_given()}
+    return fold_curve_of(problem, events, which, scene, parameter, steps or Steps(), **of)
+
+
+@checked
+def pitchfork_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    elements: int = AT_REST,
+    extensible: bool = False,
+    steps: Steps | None = None,
+) -> PitchforkCurve:
+    """One of the scene's pitchforks in its plane over a second parameter that keeps its symmetry.
+
+    Parameters and errors as in `fold_curve`; `which` is the number among those `instabilities` that are no
+    folds.  A parameter that breaks the symmetry unfolds the pitchfork, and is refused.
+    """
+    parameter = SecondParameter.of(scene, over, span, planar=True)
+    problem, start = named(scene, elements, extensible)
+    across = out_of_plane.lost_at(problem, start, scene)
+    if across is not None:
+        refuse(
+            "which",
+            which,
+            f"the state is lost out of its plane, at {control_text(scene, across.parameter)}: what crosses "
+            "there, kirchhoff and der follow",
+        )
+    events = ramp_events(problem, start, scene, steps)
+    of = {"model": "elastica", "options": options_given()}
+    return pitchfork_curve_of(problem, events, which, scene, parameter, steps or Steps(), **of)
 
 
 @checked

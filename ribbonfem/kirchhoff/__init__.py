@@ -22,6 +22,7 @@ from .functions import (
 )
 from .info import MODEL_INFO
 from .motion import simulate
+from .two_parameters import fold_curve, pitchfork_curve
 
 __all__ = [
     "MODEL_INFO",
@@ -30,11 +31,13 @@ __all__ = [
     "ShearCurve",
     "equilibria",
     "escape",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "leaves_plane",
     "normal_forms",
+    "pitchfork_curve",
     "pitchforks",
     "saddle",
     "shear_curves",

@@ -6,18 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from ribbonfem import Branch, History
+from ribbonfem import Branch, FoldCurve, History, PitchforkCurve
 from ribbonfem.frozen import html_table, some_rows
 from ribbonfem.measured import in_own_units
 from ribbonfem.results import RestState
 
 from .curve import Curve
 from .perspective import box
-from .style import control_label, draw_curve, drawn
+from .style import control_label, draw_curve, drawn, parameter_label
 from .surface import of_rest
 
 # data up to which each has an error bar
 _FEW = 60
+# points of a piece of a curve in two parameters
+_FINE = 15
 
 
 def _heights(axes: Any, result: History | Branch) -> Any:
@@ -70,6 +72,40 @@ def branch(
     if branch.folds:
         axes.plot(*zip(*Curve.of(branch).folds, strict=True), "o", color=color, ms=4)
     return _heights(axes, branch)
+
+
+@drawn()
+def two_parameters(
+    curve: FoldCurve | PitchforkCurve, axes: Any = None, *, color: Any = None, label: str = ""
+) -> Any:
+    """The control of a curve of folds or pitchforks against its parameter; dots are cusps.
+
+    Solid where a stable state ends, or one of its branches crosses; dashed where others do.
+
+    Parameters
+    ----------
+    curve: of folds or of pitchforks.
+    axes: of matplotlib; by default new ones, of a figure of pyplot.
+    color, label: of the curve; "C0" and none by default.
+
+    Returns
+    -------
+    The axes.
+    """
+    color = "C0" if color is None else color
+    fine = [np.linspace(pieces[0].domain[0], pieces[0].domain[1], _FINE) for pieces in curve.pieces]
+    if fine:
+        parameter, control = (
+            np.concatenate([pieces[k](s) for pieces, s in zip(curve.pieces, fine, strict=True)])
+            for k in (0, 1)
+        )
+        rows = np.searchsorted(curve.arclength, np.concatenate(fine)).clip(0, len(curve) - 1)
+        draw_curve(axes, parameter, control, curve.stable[rows], color, label)
+    cusps = curve.cusps if isinstance(curve, FoldCurve) else ()
+    for cusp in cusps:
+        axes.plot(cusp.parameter, cusp.control, "o", color=color, ms=4)
+    axes.set(xlabel=parameter_label(curve.over, curve.unit), ylabel=control_label(curve.scene))
+    return axes
 
 
 @drawn("3d")

@@ -137,6 +137,11 @@ def draw_curve(
             label = ""
 
 
+def parameter_label(over: str, unit: str) -> str:
+    """The label of an axis of a second parameter."""
+    return {"compression": "$dL/L$", "shear": "$dW/L$"}.get(over, f"{over} ({unit})")
+
+
 def control_label(scene: Scene | None) -> str:
     """The label of an axis of the control."""
     if scene is None or scene.clamps_turn:

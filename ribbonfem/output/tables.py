@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ribbonfem import Branch, History
+from ribbonfem import Branch, FoldCurve, History, PitchforkCurve
 
 # of every column: what it is, and its unit
 _COLUMNS = {
     "time": ("time", "s"),
     "angle": ("angle of the turned clamp", "rad"),
     "control": ("what the drive moves", ""),
+    "parameter": ("the second parameter", ""),
+    "arclength": ("arclength of the curve", "1"),
     "height": ("z at midspan", "L"),
     "slope": ("z-component of the tangent at midspan", "1"),
     "velocity": ("velocity of midspan along z", "L/s"),
@@ -78,10 +80,12 @@ def _control(result: Any) -> str:
 
 def _unit(name: str, result: Any) -> str:
     name = name.split("_")[0]
+    if name == "parameter":
+        return result.unit
     return result.scene.drives.unit if name == "control" else _COLUMNS[name][1]
 
 
-def _frame(result: History | Branch, columns: dict[str, Any]) -> Any:
+def _frame(result: Any, columns: dict[str, Any]) -> Any:
     frame = library("pandas", "to_pandas").DataFrame(columns)
     units = {name: _unit(name, result) for name in columns if name.split("_")[0] in _COLUMNS}
     frame.attrs.update(_about(result), units=units)
@@ -126,6 +130,55 @@ def branch_frame(branch: Branch) -> Any:
     frame = _frame(branch, _branch(branch))
     frame.attrs["folds"] = [float(fold.control) for fold in branch.folds]
     return frame
+
+
+def _curve(curve: FoldCurve | PitchforkCurve) -> dict[str, Any]:
+    names = ("parameter", _control(curve), "height", "load", "stable", "arclength")
+    return {name: np.array(getattr(curve, name)) for name in names}
+
+
+def _marks(curve: FoldCurve | PitchforkCurve) -> dict[str, Any]:
+    """Words and numbers of a curve that are no column: its parameter, where it turns back, its error."""
+    cusps = curve.cusps if isinstance(curve, FoldCurve) else ()
+    marks = {"cusps": cusps, "turns": curve.turns}
+    points = {name: [float(mark.parameter) for mark in of] for name, of in marks.items()}
+    return {"over": curve.over, "error": float(curve.error)} | points
+
+
+def curve_frame(curve: FoldCurve | PitchforkCurve) -> Any:
+    """A curve in two parameters as a `pandas.DataFrame`, a row a point.
+
+    Returns
+    -------
+    Columns parameter (its unit), angle (rad; of other drives control), height (L), load (EI2/L^2), stable,
+    arclength; `attrs` has the units by column, the name of the parameter, its values at cusps and turns, the
+    error between rows, and model, scene and options.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed; says how to install it.
+    """
+    frame = _frame(curve, _curve(curve))
+    frame.attrs.update(_marks(curve))
+    return frame
+
+
+def curve_dataset(curve: FoldCurve | PitchforkCurve) -> Any:
+    """A curve in two parameters as an `xarray.Dataset` along `row`.
+
+    Returns
+    -------
+    Variables and attributes are columns and `attrs` of `curve_frame`; each variable has its `units`.
+
+    Raises
+    ------
+    ImportError
+        If xarray is not installed; says how to install it.
+    """
+    result = _dataset(curve, "row", _curve(curve), {})
+    result.attrs.update(_marks(curve))
+    return result
 
 
 def convergence_frame(result: Any) -> Any:
@@ -199,7 +252,7 @@ def fit_frame(result: Any) -> Any:
     return frame
 
 
-def _dataset(result: History | Branch, along: str, columns: dict[str, Any], shapes: dict[str, Any]) -> Any:
+def _dataset(result: Any, along: str, columns: dict[str, Any], shapes: dict[str, Any]) -> Any:
     """Columns along one dimension, and arrays (rows, nodes, 3) and others of the shapes."""
     xarray = library("xarray", "to_xarray")
     nodes = len(result.arclength)

@@ -8,10 +8,12 @@ from .functions import (
     closed_form_branch,
     closed_form_fold,
     equilibria,
+    fold_curve,
     folds,
     frequencies,
     instabilities,
     normal_forms,
+    pitchfork_curve,
 )
 from .info import MODEL_INFO
 from .motion import escape, simulate
@@ -24,10 +26,12 @@ __all__ = [
     "closed_form_fold",
     "equilibria",
     "escape",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "normal_forms",
+    "pitchfork_curve",
     "simulate",
 ]
 

@@ -21,9 +21,11 @@ from ribbonfem.continuation.curves import (
     span_of,
     whole_curve,
 )
+from ribbonfem.continuation.two_parameters import fold_curve_of, pitchfork_curve_of
 from ribbonfem.delay import NormalForm, ramp_normal_forms
+from ribbonfem.ends.second_parameter import SecondParameter
 from ribbonfem.options import checked, options_given
-from ribbonfem.results import Array, Branch, Fold, Instability
+from ribbonfem.results import Array, Branch, Fold, FoldCurve, Instability, PitchforkCurve
 from ribbonfem.scene import Scene
 
 from .problem import Statics, _State
@@ -35,10 +37,12 @@ __all__ = [
     "closed_form_branch",
     "closed_form_fold",
     "equilibria",
+    "fold_curve",
     "folds",
     "frequencies",
     "instabilities",
     "normal_forms",
+    "pitchfork_curve",
 ]
 
 # degree of the one element that is asked for frequencies
@@ -112,6 +116,63 @@ def _lost(problem: Statics, start: _State, scene: Scene, steps: Steps | None) ->
     of: dict[str, Any] = {"model": "quasilinear", "options": problem.options}
     result = ramp_events(problem, start, _within_reach(scene), steps)
     return tuple(instability_of(problem, event, scene, steps, of) for event in result)
+
+
+@checked
+def fold_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    elements: int = 1,
+    degree: int | None = None,
+    steps: Steps | None = None,
+) -> FoldCurve:
+    """One of the scene's folds over a second parameter, through the curve's turns and cusps.
+
+    Parameters
+    ----------
+    scene: what is at rest, and the first parameter: its control.
+    over: "compression" of the scene, or another control of the plane that the drive does not move ("both" and
+        "opposed" are two): where it stands, as a preset has it.
+    span: from where to where it is followed, the scene's own value among it.
+    which: the number of the fold in `folds`, from 0.
+    elements, degree, steps: as in `folds`.
+
+    Raises
+    ------
+    SceneError, OptionError, SolverError
+        As in `folds`; for a parameter, a span or a number that cannot be.
+    """
+    parameter = SecondParameter.of(scene, over, span, planar=True)
+    problem, start = named(scene, elements, degree)
+    events = ramp_folds(problem, start, _within_reach(scene), steps)
+    of = {"model": "quasilinear", "options": options_given(**problem.options)}
+    return fold_curve_of(problem, events, which, scene, parameter, steps or Steps(), **of)
+
+
+@checked
+def pitchfork_curve(
+    scene: Scene,
+    *,
+    over: str,
+    span: tuple[float, float],
+    which: int = 0,
+    elements: int = 1,
+    degree: int | None = None,
+    steps: Steps | None = None,
+) -> PitchforkCurve:
+    """One of the scene's pitchforks over a second parameter that keeps its symmetry.
+
+    Parameters and errors as in `fold_curve`; `which` is the number among those `instabilities` that are no
+    folds.  A parameter that breaks the symmetry unfolds the pitchfork, and is refused.
+    """
+    parameter = SecondParameter.of(scene, over, span, planar=True)
+    problem, start = named(scene, elements, degree)
+    events = ramp_events(problem, start, _within_reach(scene), steps)
+    of = {"model": "quasilinear", "options": options_given(**problem.options)}
+    return pitchfork_curve_of(problem, events, which, scene, parameter, steps or Steps(), **of)
 
 
 @checked
