@@ -17,6 +17,7 @@ from compare.examples import (
     ribbon_folds,
     skip_a_shape,
     two_witnesses,
+    where_folds_meet,
     which_mesh,
 )
 
@@ -103,6 +104,15 @@ def test_two_witnesses():
     assert abs(result.limit - result.elements) < 5e-5
     assert abs(result.rods[-1] - result.elements) > 2e-4
     drawn(two_witnesses, result)
+
+
+def test_where_folds_meet():
+    result = where_folds_meet.main(elements=8)
+    straight = [cusp.parameter for cusp in result.curve.cusps if abs(cusp.control) < 1e-8]
+    assert straight == pytest.approx([result.broken, result.merged], abs=1e-8)
+    # without shear it is the planar beam's, of the mirror image; of so coarse a mesh to 1e-5
+    assert result.curve.at(0.0)[0].control == pytest.approx(-result.planar, abs=1e-5)
+    drawn(where_folds_meet, result)
 
 
 def test_which_mesh():

@@ -49,7 +49,7 @@ def fold_curve(
     >>> ribbon = Scene(compression=0.30, shear=0.30, start="U+S+")
     >>> curve = fold_curve(ribbon, over="shear", span=(0.28, 0.32))
     >>> round(curve.cusps[0].parameter, 8), [round(point.control, 8) for point in curve.at(0.32)]
-    (0.28374249, [-0.10116284, 0.0599171])
+    (0.28374249, [-0.10681749, 0.05967916])
     """
     parameter = SecondParameter.of(scene, over, span)
     problem, start = states.named(scene, **checked_mesh(elements, extensible))
