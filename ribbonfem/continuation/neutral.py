@@ -79,10 +79,18 @@ def _tangential(problem: Rigged[State], state: State, vector: Array) -> Array:
     return vector if part is None else part(state, vector)
 
 
-def _bordered(line: Linearisation, b: Array, right: Array) -> tuple[Array, Array]:
-    """x (n, k) and y (k,) of [[J, b], [b^T, 0]] (x, y) = (right, 0), by mixed block elimination."""
+def _null(line: Linearisation, b: Array) -> tuple[Array, float]:
+    """v (n,) and g of [[J, b], [b^T, 0]] (v, g) = (0, 1)."""
     v = line.solve(b)
-    v = v / float(b @ v)
+    size = float(b @ v)
+    return v / size, -1.0 / size
+
+
+def _bordered(line: Linearisation, b: Array, v: Array, right: Array) -> tuple[Array, Array]:
+    """x (n, k) and y (k,) of [[J, b], [b^T, 0]] (x, y) = (right, 0), J singular or not.
+
+    By mixed block elimination.
+    """
     y = v @ right
     x = line.solve(right - np.outer(b, y))
     return x - np.outer(v, b @ x), y
@@ -152,14 +160,34 @@ class NeutralStates(Generic[State]):
         before = np.inf
         for _ in range(_MOST):
             line = problem.linearise(state, control)
-            move, _ = _bordered(line, border, _tangential(problem, state, line.residual)[:, None])
-            size = float(np.sqrt(problem.weight @ move[:, 0] ** 2))
+            v, _ = _null(line, border)
+            moves, _ = _bordered(line, border, v, _tangential(problem, state, line.residual)[:, None])
+            size = float(np.sqrt(problem.weight @ moves[:, 0] ** 2))
             if not size < before:
                 break
-            state, before = problem.advance(state, -move[:, 0], control), size
+            state, before = problem.advance(state, -moves[:, 0], control), size
             if size < _SETTLED:
                 break
         return state
+
+    def _along_null(
+        self, state: Neutral[State], parameter: float, v: Array, force: Array
+    ) -> tuple[Array, float, float]:
+        """g_u (n,), g_p and g_q, which are -v.J v derived: by differences of F, F_p and F_q along v."""
+        control = state.control
+        problem, across = self.within(parameter), self._across(control, parameter)
+        reach = _REACH / float(np.sqrt(problem.weight @ v**2))
+        sides = []
+        for e in (-reach, reach):
+            there = problem.advance(state.state, e * v, control)
+            line = problem.linearise(there, control)
+            vectors = line.residual, line.slope, across.linearise(there, control).slope
+            sides.append([_tangential(problem, there, vector) for vector in vectors])
+        (before, *slopes), (beyond, *others) = sides
+        by_control, by_value = (
+            -float(v @ (other - slope)) / (2.0 * reach) for slope, other in zip(slopes, others, strict=True)
+        )
+        return -(before - 2.0 * force + beyond) / reach**2, by_control, by_value
 
     def linearise(self, state: Neutral[State], parameter: float) -> Linearisation:
         """F and g, their derivatives in the parameter, and the factorised tangent."""
@@ -170,46 +198,34 @@ class NeutralStates(Generic[State]):
             _tangential(problem, state.state, vector)
             for vector in (line.residual, line.slope, across.linearise(state.state, control).slope)
         )
-        solved = line.solve(b)
-        v, g = solved / float(b @ solved), -1.0 / float(b @ solved)
+        v, g = _null(line, b)
         state.null[:] = [v]
-        # J changes by e along v as d/du (v.F_u v) e: differences of F, F_p and F_q
-        reach = _REACH / float(np.sqrt(problem.weight @ v**2))
-        sides = []
-        for e in (-reach, reach):
-            there = problem.advance(state.state, e * v, control)
-            at = problem.linearise(there, control)
-            slopes = at.slope, across.linearise(there, control).slope
-            sides.append([_tangential(problem, there, vector) for vector in (at.residual, *slopes)])
-        by_state = -(sides[0][0] - 2.0 * force + sides[1][0]) / reach**2
-        g_control, g_value = (-float(v @ (sides[1][k] - sides[0][k])) / (2.0 * reach) for k in (1, 2))
-
-        shift, rest = _bordered(line, b, by_control[:, None])
-        x_control, y_control = shift[:, 0], float(rest[0])
-        # of the control and of what is along v, from v.F and from g
-        corner = g_control - float(by_state @ x_control)
+        g_state, g_control, g_value = self._along_null(state, parameter, v, force)
+        # dp, and the part of du along v, are told by v.F and g; the rest of du by the rest of F
+        columns, (y_control,) = _bordered(line, b, v, by_control[:, None])
+        x_control = columns[:, 0]
+        curvature, corner = float(g_state @ v), g_control - float(g_state @ x_control)
         if self._symmetric:
             # v.F and v.F_q are 0; in their place is v.F_p, which tells of what is along v
             force = force + (y_control - float(v @ force)) * b
             by_value = by_value - float(v @ by_value) * b
-            determinant = corner
+            matrix = np.array([[0.0, -corner], [corner, 0.0]])
         else:
-            curvature = float(by_state @ v)
-            determinant = -y_control * curvature - g * corner
+            matrix = np.array([[y_control, -g], [corner, curvature]])
+        determinant = float(matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0])
 
         def solve(right: Array) -> Array:
-            columns = right.reshape(len(right), -1)
-            x, y = _bordered(line, b, columns[:-1])
-            g_rest = columns[-1] - by_state @ x
-            if self._symmetric:
-                change, amount = g_rest / corner, -y / corner
-            else:
-                change = (-y * curvature - g * g_rest) / determinant
-                amount = (-y_control * g_rest + corner * y) / determinant
+            rows = right.reshape(len(right), -1)
+            x, y = _bordered(line, b, v, rows[:-1])
+            z = rows[-1] - g_state @ x
+            change = (matrix[1, 1] * y - matrix[0, 1] * z) / determinant
+            amount = (matrix[0, 0] * z - matrix[1, 0] * y) / determinant
             x = x - np.outer(x_control, change) + np.outer(v, amount)
             return np.vstack((x, change)).reshape(right.shape)
 
-        return Linearisation(np.append(force, g), np.append(by_value, g_value), solve, int(determinant < 0.0))
+        # where the curve turns back in the parameter (of pitchforks the determinant is the corner squared)
+        sign = corner if self._symmetric else determinant
+        return Linearisation(np.append(force, g), np.append(by_value, g_value), solve, int(sign < 0.0))
 
     def unstable(self, state: Neutral[State], parameter: float) -> int:
         """Number of unstable directions beside the neutral one."""
