@@ -1,7 +1,7 @@
 """Curves of folds and of pitchforks in two parameters: folds of single scenes, closed forms, symmetries."""
 
 import pickle
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +10,10 @@ import pytest
 import compare
 import der
 from ribbonfem import Drive, FoldCurve, OptionError, PitchforkCurve, Scene, elastica, kirchhoff, quasilinear
-from ribbonfem.continuation import Steps
+from ribbonfem.continuation import Linearisation, Steps, first_point, trace
+from ribbonfem.continuation.two_parameters import fold_curve_of
+from ribbonfem.ends import Ends
+from ribbonfem.ends.second_parameter import SecondParameter
 from ribbonfem.options import KeywordError
 
 # alpha over the root of dL/L at the fold of small slopes (field of `closed_form`)
@@ -255,6 +258,73 @@ def test_what_is_claimed_between_rows_holds(first_fold):
         off = min(abs(other.control - point.control) for other in first_fold.at(shear))
         assert off < 2.0 * (first_fold.error + shorter.error)
     assert first_fold.error < 1e-8
+
+
+@dataclass(frozen=True)
+class Number:
+    u: float
+    at: float = 0.0
+
+
+class Circle:
+    """u^2 + p^2 + q^2 = 1, with p the left angle and q the compression beyond a half, in .3 L.
+
+    Its folds, u = 0, are a circle in the plane of p and q.
+    """
+
+    weight, parameter_weight = np.ones(1), 0.0225
+
+    def __init__(self, ends):
+        self.ends = ends
+
+    def along(self, ends):
+        return Circle(ends)
+
+    def linearise(self, state, parameter):
+        left, compression = self.ends.controls(parameter)[[0, 4]]
+        q, moved = compression / 0.3, self.ends.moved
+        slope = 2.0 * left * moved[0] + 2.0 * q / 0.3 * moved[4]
+        # (a pivot is never 0)
+        tangent = np.copysign(max(abs(2.0 * state.u), 1e-16), state.u)
+        value = state.u**2 + left**2 + q**2 - 1.0
+        return Linearisation(
+            np.array([value]), np.array([slope]), lambda right: right / tangent, int(tangent < 0.0)
+        )
+
+    def advance(self, state, increment, parameter):
+        return Number(state.u + float(increment[0]), parameter)
+
+    def observe(self, state, parameter):
+        return state.u, 0.0, parameter
+
+    def positions(self, state, parameter):
+        return np.array([[state.u, parameter, float(self.ends.controls(0.0)[4])]])
+
+    def energy(self, state):
+        return 0.0
+
+
+def test_a_curve_that_closes_is_followed_once():
+    scene = Scene(compression=0.5, shear=0.0, start="U+")
+    problem = Circle(Ends.of(scene))
+    first = first_point(problem, Number(0.9), 0.3, 1.0)
+    event = next(segment.events[0] for segment in trace(problem, first, (-3.0, 2.0)) if segment.events)
+    assert event.kind == "fold"
+    parameter = SecondParameter.of(scene, "compression", (0.1, 0.9))
+    of = {"model": "circle", "options": {}}
+    curve = fold_curve_of(problem, [event], 0, scene, parameter, Steps(), **of)
+    assert curve.ends == ("closed", "closed")
+    assert curve.cusps == ()
+    for compression in (0.21, 0.37, 0.5, 0.66):
+        far = (1.0 - ((compression - 0.5) / 0.3) ** 2) ** 0.5
+        found = sorted(point.control for point in curve.at(compression))
+        if compression == 0.5:
+            # where it begins and ends, twice
+            found = [found[0], found[-1]]
+        assert found == pytest.approx([-far, far], abs=2e-9)
+    turns = sorted(turn.parameter for turn in curve.turns)
+    assert turns == pytest.approx([0.2, 0.8], abs=1e-12)
+    assert [turn.control for turn in curve.turns] == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
 def test_a_span_may_begin_or_end_at_the_scene():
