@@ -16,7 +16,7 @@ from ribbonfem.results import Array, Branch, Fold, FoldCurve, Instability, Pitch
 from ribbonfem.scene import Scene
 
 from . import out_of_plane as plane
-from .problem import Statics, default_steps
+from .problem import Statics, default_steps, neutral_steps
 from .rod import Rod, RodState
 from .states import met_events, met_folds, start_state
 
@@ -108,7 +108,7 @@ def fold_curve(
     parameter = SecondParameter.of(scene, over, span)
     rod, events = Rod(scene, nodes, clamp), met_folds(scene, nodes, clamp, steps)
     of = {"model": "der", "options": options_given()}
-    return fold_curve_of(Statics(rod), events, which, scene, parameter, default_steps(rod, steps), **of)
+    return fold_curve_of(Statics(rod), events, which, scene, parameter, neutral_steps(rod, steps), **of)
 
 
 @checked
@@ -130,7 +130,7 @@ def pitchfork_curve(
     parameter = SecondParameter.of(scene, over, span)
     rod, events = Rod(scene, nodes, clamp), met_events(scene, nodes, clamp, steps)
     of = {"model": "der", "options": options_given()}
-    return pitchfork_curve_of(Statics(rod), events, which, scene, parameter, default_steps(rod, steps), **of)
+    return pitchfork_curve_of(Statics(rod), events, which, scene, parameter, neutral_steps(rod, steps), **of)
 
 
 @checked

@@ -21,6 +21,8 @@ _FORESEEN = 1e-3
 
 # increments that rounding makes, over the nodes and EA / EI2: several times those that were seen
 _ROUNDING = 2e-20
+# those that the rounding of eigenvalues makes, over EA / EI2
+_OF_EIGENVALUES = 3e-14
 
 
 def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
@@ -34,6 +36,13 @@ def default_steps(rod: Rod, steps: Steps | None = None) -> Steps:
     usual, stretch = steps_for(rod.scene), rod.scene.ribbon.stretch_ratio
     rounding = _ROUNDING * rod.nodes * stretch
     return steps or replace(usual, tolerance=max(min(usual.tolerance, 1.2e-2 / stretch), rounding))
+
+
+def neutral_steps(rod: Rod, steps: Steps | None) -> Steps:
+    """The same of curves of folds and pitchforks: an eigenvalue has the rounding of tensions, and more."""
+    usual = default_steps(rod)
+    rounding = _OF_EIGENVALUES * rod.scene.ribbon.stretch_ratio
+    return steps or replace(usual, tolerance=max(Steps.tolerance, rounding))
 
 
 class Statics:

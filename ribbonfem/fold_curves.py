@@ -109,7 +109,8 @@ class _Curve(Controlled):
     def at(self, parameter: float) -> tuple[CurvePoint, ...]:
         """The points of the curve at a value of its parameter, along the curve; there may be several.
 
-        By the polynomials of degree `degree` through its rows, which are `error` from the curve at most.
+        By the polynomials of degree `degree` through its rows, which were found to be at most `error` off
+        the curve.
 
         Raises
         ------
@@ -204,8 +205,8 @@ class FoldCurve(_Curve):
         followed; "closed", in itself.
     arclength, degree: (rows,) of the curve, and the degree of the polynomials in it, of so many rows and one
         each, by which `at` and plots interpolate.
-    error: the most by which they were found to be off between rows, in the control and in the parameter, in
-        their units.
+    error: the most by which they were found to be off the curve between rows, in the plane of parameter and
+        control; in rad, where 0.15 L and 30 EI2/L^2 count as much.
     scene, options, model: what it was made from.
     cusps: where two folds meet: control and parameter turn back at once.
     """

@@ -9,7 +9,17 @@ import pytest
 
 import compare
 import der
-from ribbonfem import Drive, FoldCurve, OptionError, PitchforkCurve, Scene, elastica, kirchhoff, quasilinear
+from ribbonfem import (
+    Drive,
+    FoldCurve,
+    OptionError,
+    PitchforkCurve,
+    Ribbon,
+    Scene,
+    elastica,
+    kirchhoff,
+    quasilinear,
+)
 from ribbonfem.continuation import Linearisation, Steps, first_point, trace
 from ribbonfem.continuation.two_parameters import fold_curve_of
 from ribbonfem.ends import Ends
@@ -84,6 +94,16 @@ def test_the_curve_has_the_folds_of_its_scenes(model, scene, over, span):
         assert abs(point.load - fold.load) < 1e-5 * abs(fold.load)
 
 
+@pytest.mark.parametrize(("model", "options"), [(kirchhoff, {"extensible": True}), (der, {"nodes": 101})])
+def test_a_ribbon_ten_times_as_thin(model, options):
+    # EI1 / EI2 = 4e4 and EA L^2 / EI2 = 1.2e7: a step's stretch must not be taken for a change of g
+    scene = replace(PATH, ribbon=Ribbon(thickness=1e-3), gravity=(0.0, 0.0, 0.0))
+    curve = model.fold_curve(scene, over="shear", span=(0.36, 0.39), **options)
+    fold = model.folds(replace(scene, shear=0.3812), **options)[0]
+    assert abs(curve.at(0.3812)[0].control - fold.control) < 1e-8
+    assert curve.stable.all()
+
+
 def test_which_fold_is_followed():
     curve = kirchhoff.fold_curve(PATH, over="shear", span=(0.36, 0.38), which=1)
     last = kirchhoff.folds(replace(PATH, shear=0.3636))[1]
@@ -98,6 +118,8 @@ def test_the_curve_of_us_ends_in_cusps_at_its_pitchforks(over_shear, first_fold)
         cusps = [cusp for cusp in curve.cusps if abs(cusp.control) < 1e-10]
         expected = (forks.broken, forks.merged)[: len(cusps)]
         assert [cusp.parameter for cusp in cusps] == pytest.approx(expected, abs=1e-10)
+    # few rows, and at most a few steps again
+    assert len(over_shear) < 120
     # both of them; between lies a cusp that no symmetry makes
     assert len(cusps) == 2
     assert len(first_fold.cusps) == 3

@@ -35,7 +35,7 @@ from .corrector import Linearisation, Problem, State, parameter_weight
 from .tracing import Event
 
 # arclength of the differences along the null vector
-_REACH = 2e-3
+_REACH = 5e-4
 # arclength to which a state is settled beside a curve, in so many iterations at most
 _SETTLED, _MOST = 1e-6, 8
 # share of F_q along the null vector that breaks a symmetry, and is no rounding

@@ -20,13 +20,15 @@ from .neutral import Neutral, NeutralStates, Rigged
 from .tracing import Event, Segment, trace
 
 # degree of the polynomials between rows; what they may be off by, in rad and the like; the part of an error
-# that half a step has to leave, and what may be rounding
-_DEGREE, _WITHIN, _GAINED, _ROUNDING = 6, 1e-9, 0.2, 1e-6
+# that half a step has to leave; what may be rounding, and by how much more at every try
+_DEGREE, _WITHIN, _GAINED, _ROUNDING, _MORE = 6, 1e-9, 0.2, 1e-8, 4.0
 # parts of a piece at which Chebyshev's polynomial has its rows, and where it is off the most between two
 _PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 _CHECK = 0.5 - 0.5 * np.cos(np.pi * 2.5 / _DEGREE)
-# arclength to which the end of a step is known, in so many iterations; how often steps are halved
-_PLACED, _MOST, _HALVED = 1e-11, 8, 4
+# arclength to which the end of a step is known, in so many iterations
+_PLACED, _MOST = 1e-11, 8
+# how often a step is halved between its rows; a curve goes on by a shorter step; all steps are halved
+_HALVED, _TRIES, _AGAIN = 3, 40, 4
 # rate of the control, in arclength, below which a turn in the parameter is one in the control too
 _CUSP = 1e-4
 
@@ -50,7 +52,7 @@ class _Half(Generic[State]):
         self._units = np.sqrt(PARAMETER_WEIGHT / weights)
         self.first, self.rows = first, [_Row(0.0, first.state)]
         self.marks: list[_Row[State]] = []
-        self.error, self.ended = 0.0, ""
+        self.error, self.ended, self._rounding = 0.0, "", _ROUNDING
 
     def follow(self, span: tuple[float, float], reach: tuple[float, float]) -> None:
         """Go on until the parameter leaves its span, the control its reach, or the curve closes.
@@ -60,13 +62,32 @@ class _Half(Generic[State]):
         SolverError
             From `trace`.
         NotConverged
-            If no rows were found inside of a step.
+            If no rows were found inside of a step; if the curve closes, but not at its first point.
         """
-        for segment in trace(self._problem, self.first, span, self._steps):
-            self._add(segment)
-            self.ended = segment.last
-            if not reach[0] <= segment.end.state.control <= reach[1]:
-                self.ended = "reach"
+        point, steps, tries = self.first, self._steps, _TRIES
+        while True:
+            for segment in trace(self._problem, point, span, steps):
+                rows, marks, length = len(self.rows), len(self.marks), self._length
+                try:
+                    self._add(segment)
+                except NotConverged:
+                    # go on from here by a shorter step
+                    del self.rows[rows:], self.marks[marks:]
+                    self._length, tries = length, tries - 1
+                    if not tries:
+                        raise
+                    steps = replace(self._steps, first=0.5 * segment.end.step)
+                    # (what a shorter step makes no less is rounding)
+                    self._rounding *= _MORE
+                    break
+                self._rounding = _ROUNDING
+                point, self.ended = segment.end, segment.last
+                if not reach[0] <= segment.end.state.control <= reach[1]:
+                    self.ended = "reach"
+                    return
+            else:
+                if self.ended == "closed" and tries < _TRIES:
+                    raise NotConverged
                 return
 
     def _add(self, segment: Segment[Neutral[State]]) -> None:
@@ -78,7 +99,7 @@ class _Half(Generic[State]):
             self.marks.append(_Row(self._length + event.point.step, event.point.state, kind))
         # (the arclength of a point at a given parameter is known to second order)
         end = self._at_value(segment) if segment.last else segment.end.step
-        self._piece(segment.start, 0.0, end, np.inf)
+        self._piece(segment.start, 0.0, end, _HALVED)
         self._length += end
 
     def _at(self, base: Point[Neutral[State]], place: float) -> Point[Neutral[State]]:
@@ -101,25 +122,31 @@ class _Half(Generic[State]):
                 break
         return place
 
-    def _piece(self, base: Point[Neutral[State]], low: float, high: float, before: float) -> None:
+    def _piece(
+        self, base: Point[Neutral[State]], low: float, high: float, halve: int, before: float = np.inf
+    ) -> None:
         """Rows at Chebyshev's places of a part of a step, or of its halves if the polynomial is off."""
         places = low + (high - low) * _PLACES
         states = [self._at(base, float(place)).state for place in places]
         values = np.array([(state.value, state.control) for state in states])
         check = low + (high - low) * _CHECK
-        there = self._at(base, check).state
+        point = self._at(base, check)
+        there = point.state.value, point.state.control
         off = [
             float(Chebyshev.fit(places, column, _DEGREE)(check)) - exact
-            for column, exact in zip(values.T, (there.value, there.control), strict=True)
+            for column, exact in zip(values.T, there, strict=True)
         ]
-        error = float(np.max(np.abs(off) / self._units))
-        # of half the length it is 2^-7 as much, but for rounding, or where Newton has led elsewhere
-        if error > _WITHIN and error < _GAINED * before:
+        # across the curve: in the arclength there is rounding, which moves points along it
+        x, y = np.array(off) / self._units
+        along, up = np.array([point.rate, point.direction[-1]]) / self._units
+        error = float(abs(x * up - y * along) / np.hypot(along, up))
+        # of half the length it is 2^-7 as much, but for rounding
+        if error > _WITHIN and halve and (error < _GAINED * before or error > self._rounding):
             middle = 0.5 * (low + high)
-            self._piece(base, low, middle, error)
-            self._piece(base, middle, high, error)
+            self._piece(base, low, middle, halve - 1, error)
+            self._piece(base, middle, high, halve - 1, error)
             return
-        if error > _ROUNDING:
+        if error > self._rounding:
             raise NotConverged
         self.error = max(self.error, error)
         self.rows += [_Row(self._length + float(p), s) for p, s in zip(places[1:], states[1:], strict=True)]
@@ -173,7 +200,7 @@ def pitchfork_curve_of(
     """
     event = _chosen([event for event in events if event.kind != "fold"], which, "pitchforks")
     neutral = NeutralStates(problem, scene, parameter, True)
-    start, _ = equilibrium(neutral, neutral.start(event), parameter.own, tolerance=steps.exact)
+    start, _ = equilibrium(neutral, neutral.start(event), parameter.own, tolerance=steps.tolerance)
     neutral.require_symmetry(start)
     return PitchforkCurve(**_followed(neutral, event, steps, of)[0])
 
@@ -194,9 +221,9 @@ def _half(
     """
     over, scene = problem.over, problem.scene
     reach = -scene.reach_towards(-1.0), scene.reach_towards(1.0)
-    first = first_point(problem, start, over.own, sign, tolerance=steps.exact)
+    first = first_point(problem, start, over.own, sign, tolerance=steps.tolerance)
     failed = ""
-    for _ in range(_HALVED):
+    for _ in range(_AGAIN):
         half = _Half(problem, first, steps)
         try:
             if over.own == over.span[sign > 0.0]:
@@ -222,6 +249,10 @@ def _followed(
 ) -> tuple[dict[str, Any], list[CurvePoint]]:
     """The fields of a curve through an event, both ways, and the points where it turns back."""
     scene, over, start = problem.scene, problem.over, problem.start(event)
+    # A tolerance that tells the index of a thin ribbon is below the rounding of g, which tells none.  At a
+    # fold the control is stationary; at a pitchfork it is off as the state is.
+    least = Steps.tolerance if event.kind == "fold" else 0.1 * Steps.tolerance
+    steps = replace(steps, tolerance=max(steps.tolerance, least))
     back = _half(problem, start, steps, -1.0)
     ahead = _half(problem, start, steps, 1.0, back.ended == "closed")
     rows = [_Row(-row.place, row.state) for row in back.rows[:0:-1]] + ahead.rows
