@@ -20,8 +20,10 @@ from .neutral import Neutral, NeutralStates, Rigged
 from .tracing import Event, Segment, trace
 
 # degree of the polynomials between rows; what they may be off by, in rad and the like; the part of an error
-# that half a step has to leave; what may be rounding, and by how much more at every try
-_DEGREE, _WITHIN, _GAINED, _ROUNDING, _MORE = 6, 1e-9, 0.2, 1e-8, 4.0
+# that half a step has to leave
+_DEGREE, _WITHIN, _GAINED = 6, 1e-9, 0.2
+# what may be rounding, by how much more at every try, and at most
+_ROUNDING, _MORE, _MOST_ROUNDING = 1e-8, 4.0, 1e-6
 # parts of a piece at which Chebyshev's polynomial has its rows, and where it is off the most between two
 _PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 _CHECK = 0.5 - 0.5 * np.cos(np.pi * 2.5 / _DEGREE)
@@ -78,7 +80,7 @@ class _Half(Generic[State]):
                         raise
                     steps = replace(self._steps, first=0.5 * segment.end.step)
                     # (what a shorter step makes no less is rounding)
-                    self._rounding *= _MORE
+                    self._rounding = min(_MORE * self._rounding, _MOST_ROUNDING)
                     break
                 self._rounding = _ROUNDING
                 point, self.ended = segment.end, segment.last
