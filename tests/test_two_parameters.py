@@ -125,6 +125,22 @@ def test_the_curve_of_us_ends_in_cusps_at_its_pitchforks(over_shear, first_fold)
     assert len(first_fold.cusps) == 3
 
 
+def test_cusps_and_turns_are_where_the_rows_turn_back(first_fold):
+    # of the polynomials through the rows, which know nothing of the second derivatives along the null vector
+    marks = [*first_fold.cusps, *first_fold.turns]
+    found = []
+    for parameters, controls, *_ in first_fold.pieces:
+        begin, end = parameters.domain
+        for place in parameters.deriv().roots():
+            if abs(place.imag) == 0.0 and begin <= place.real <= end:
+                found.append((parameters(place.real), controls(place.real)))
+    assert len(found) == len(marks) == 6
+    for parameter, control in found:
+        near = min(marks, key=lambda mark: abs(mark.parameter - parameter))
+        assert abs(near.parameter - parameter) < 1e-9
+        assert abs(near.control - control) < 1e-7
+
+
 def test_a_cusp_is_a_semicubical_parabola(over_shear):
     cusp = over_shear.cusps[0]
     near = np.array([1e-5, 2e-5])
