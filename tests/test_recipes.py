@@ -296,8 +296,8 @@ def test_a_load(copy):
             "        return x + self.load[0], y + self.load[1], z + self.load[2]",
         ),
         (
-            '"preset": {},\n            "gravity"',
-            '"preset": {},\n            "load": (0, 0, 0),\n            "gravity"',
+            "preset={}, gravity=(0.0, 0.0, 0.0), ribbon",
+            "preset={}, load=(0, 0, 0), gravity=(0.0, 0.0, 0.0), ribbon",
         ),
         (
             "        if self.gravity is not None:\n            image",
