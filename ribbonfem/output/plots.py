@@ -232,7 +232,7 @@ def fit(result: Any, axes: Any = None, *, quantity: str | None = None, scene: in
     above.set_ylabel("residual\n/ $\\sigma$")
     above.tick_params(labelbottom=False)
     axes.set(xlabel=label, ylabel=f"{name} ({data.unit(name, drives.unit)})")
-    axes.legend()
+    axes.legend(frameon=True, framealpha=0.9, edgecolor="none")
     return axes
 
 
