@@ -14,7 +14,7 @@ from ribbonfem.results import Array
 
 # unknowns up to which the inverse of a matrix is made: a product takes a third of the time of a substitution,
 # in which each number waits for the one before
-FEW = 32
+FEW = 24
 
 
 @compiled(**INLINED)
