@@ -86,7 +86,7 @@ def test_a_second_run_is_compared_with_the_first(beam):
     )
     again = accuracy.COMMAND.section(result)
     assert again.values["ranking"]["error_change"] == 0.0
-    assert again.values["ranking"]["pairs"] == 66
+    assert again.values["ranking"]["pairs"] == 55
     assert any("the run before" in line for line in again.text)
 
 

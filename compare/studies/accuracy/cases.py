@@ -221,14 +221,15 @@ def _dynamic_grid(family: Family) -> Iterator[dict[str, Any]]:
 def default_options(family: Family, dynamic: bool) -> dict[str, Any]:
     """The configuration that a model's function takes if it is given none, in full.
 
-    From the signature; where that leaves a value open (None), from what the run says it was made with.
+    From the signature; where that leaves a value open (None), from what the result says it was made with: of
+    motions at dL/L .40.
     """
     function = "simulate" if dynamic else "folds"
     result = dict(defaults_of(family.model, function))
-    if dynamic:
-        still = _planar(0.40, 1.0, 1.0, 1e-9)
-        history: History = function_of(family.model, "simulate")(still, **family.fixed)
-        result.update(history.options)
+    made = function_of(family.model, function)(
+        _planar(0.40, 1.0, 1.0, 1e-9 if dynamic else None), **family.fixed
+    )
+    result.update((made if dynamic else made[0]).options)
     return {name: result[name] for name in _NAMED if result.get(name) is not None}
 
 

@@ -75,7 +75,8 @@ def _draw_group(
     axes.set(
         xscale="log", yscale="log", title=_TITLES[group], xlabel="CPU seconds", ylabel="settled error (rad)"
     )
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 30.0 * low else (1.0,)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", lw=0.3, color="0.85")

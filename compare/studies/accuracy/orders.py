@@ -90,7 +90,7 @@ def _in_motion() -> list[Refined]:
         )
         for group, label, model, over, options in (
             (planar, "quasi-linear", "quasilinear", {"elements": (8, 16, 32)}, _BEAM_STEP),
-            (planar, "elastica", "elastica", {"elements": (8, 12, 16, 24)}, _BEAM_STEP),
+            (planar, "elastica", "elastica", {"elements": (4, 6, 8, 10)}, _BEAM_STEP),
             (planar, "DER centred", "der", nodes, _ROD_STEP),
             (planar, "DER two-node", "der", finer, two_node),
             (ribbon, "DER centred", "der", nodes, _ROD_STEP),
