@@ -250,7 +250,7 @@ def values(result: Speed) -> dict[str, Any]:
 COMMAND = Command(
     name="speed",
     title="The rod's time loop",
-    takes="half a minute; with --equal-error two",
+    takes="half a minute; with --equal-error three",
     main=main,
     summary=summary,
     tables=tables,
