@@ -44,8 +44,9 @@ def test_a_small_report(beam):
     assert (out / "accuracy-fronts.png").exists()
     assert (out / "accuracy-orders.png").exists()
     (default,) = values["defaults"]
+    # what the signature leaves open is told too
     elements = inspect.signature(quasilinear.folds).parameters["elements"].default
-    assert default["policy"] == f"elements={elements}"
+    assert default["policy"] == f"elements={elements},degree=18"
     for name, factor in default["distances"].items():
         assert factor >= 0.99, name
     order = next(o for o in values["orders"] if o["quantity"] == "fold")
