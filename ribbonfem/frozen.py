@@ -30,7 +30,7 @@ class Frozen(dict[K, V]):
         return hash(frozenset((name, _key(value)) for name, value in self.items()))
 
 
-# types of which a value is read-only all through
+# types of which a value is read-only all through: a mapping that `freeze` or `_frozen` made is
 _READ_ONLY = (float, int, str, bool, Frozen)
 
 
@@ -47,7 +47,7 @@ def _unwritten(array: Any) -> Any:
 
 
 def freeze(value: Any) -> Any:
-    """Arrays, and mappings of them, that their maker keeps no hold of: read-only in place, not copied."""
+    """Arrays, mappings and sequences of them, that their maker keeps no hold of: read-only in place."""
     if isinstance(value, np.ndarray):
         owner: Any = value
         while isinstance(owner, np.ndarray):
@@ -55,6 +55,8 @@ def freeze(value: Any) -> Any:
             owner = owner.base
     elif isinstance(value, Mapping):
         return Frozen({name: freeze(item) for name, item in value.items()})
+    elif type(value) in (list, tuple):
+        return tuple(freeze(item) for item in value)
     return value
 
 
