@@ -8,12 +8,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
-from scipy.optimize import curve_fit
+from scipy.optimize import OptimizeResult, curve_fit
 from scipy.stats import chi2
 
 import compare
 import der
 from compare.__main__ import main
+from compare.fitting.problem import Problem
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
 from ribbonfem.measured import Measured
@@ -331,9 +332,18 @@ def test_a_bound_is_told():
 def test_a_search_may_begin_at_zero():
     """Where a field may not be less, and where the ribbon is the same for both signs: no slope leads off."""
     data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
-    fit, same = compare.fit(replace(BEAM, damping=0.0), data, vary=("damping", "young")), fitted()
+    begin = replace(BEAM, damping=0.0)
+    fit, same = compare.fit(begin, data, vary=("damping", "young")), fitted()
     for name, value in same.values.items():
         assert fit.values[name] == pytest.approx(value, abs=0.02 * same.uncertainty[name])
+    # alone too: there is no other parameter whose size says how far a first step goes
+    true = replace(TRUE, ribbon=BEAM.ribbon)
+    run = elastica.simulate(true, extensible=True, tolerance=1e-7)
+    alone = compare.fit(begin, Measured(time=TIMES, height=height_at(run, TIMES), uncertainty=1e-3))
+    # (met: the model's own error is less than this part)
+    assert alone.met
+    assert not alone.at_bounds
+    assert_true(alone, {"damping": 12.0}, 0.3)
     run = kirchhoff.simulate(replace(BEAM, shear=0.05), extensible=True, tolerance=1e-6)
     data = Measured(time=TIMES, height=height_at(run, TIMES), uncertainty=1e-3)
     sheared = compare.fit(BEAM, data, vary="shear")
@@ -347,6 +357,16 @@ def test_a_search_may_begin_at_zero():
     )
     assert none.at_bounds == ("damping",)
     assert none.values["damping"] < none.uncertainty["damping"] < 0.2
+
+
+def test_a_bound_that_the_data_lead_away_from_is_no_minimum(monkeypatch):
+    """A search that stays where it begins, at a bound, has not converged."""
+    monkeypatch.setattr(Problem, "minimum", lambda self, y, most: OptimizeResult(x=y, status=2))
+    data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
+    for bounds, converged in (((10.0, 20.0), False), ((1.0, 10.0), True)):
+        fit = compare.fit(BEAM, data, vary={"damping": bounds})
+        assert fit.at_bounds == ("damping",)
+        assert fit.converged is converged
 
 
 def test_a_search_that_ends_too_early_says_so():

@@ -197,8 +197,9 @@ def _inference(problem: Problem, minimum: OptimizeResult, fine: Model) -> Infere
     sizes, error, scatter = problem.sizes(y), problem.error(y, fine), problem.scatter(y)
 
     def inferred() -> Inference:
-        slopes = problem.jacobian(y) * sizes
-        return infer(slopes, problem.residual(y), error, scatter, problem.steps, ~problem.bound(y))
+        slopes, residual = problem.jacobian(y) * sizes, problem.residual(y)
+        free = ~problem.held(y, slopes.T @ residual)
+        return infer(slopes, residual, error, scatter, problem.steps, free)
 
     result = inferred()
     if (problem.steps < min(result.wanted, WIDEST)).any():

@@ -64,7 +64,7 @@ def infer(
     error: (n,) of the model's predictions, in standard deviations.
     scatter: by how much, all told, predictions of one scene differ that should not, in standard deviations.
     steps: (p,) the parts of the parameters over which it was taken.
-    free: (p,) bool, whether a parameter is within its bounds.
+    free: (p,) bool, whether a parameter may go on: not where it is pushed against a bound.
     """
     u, s, v = np.linalg.svd(jacobian, full_matrices=False)
     change = s / np.linalg.norm(v / steps, axis=1)

@@ -68,6 +68,11 @@ class Problem:
         low, high = self.bounds
         return np.minimum(y - low, high - y) < _CLOSE
 
+    def held(self, y: Array, gradient: Array) -> Any:
+        """(p,) bool, whether a parameter is at a bound that the residuals push it against."""
+        low, high = self.bounds
+        return ((y - low < _CLOSE) & (gradient >= 0.0)) | ((high - y < _CLOSE) & (gradient <= 0.0))
+
     def values(self, y: Array) -> Array:
         """(p,) in their own units."""
         return np.asarray(y) * self.scale
@@ -200,7 +205,22 @@ class Problem:
     def minimum(self, y: Array, most: int) -> OptimizeResult:
         """From a beginning, with so many evaluations at most."""
         options: dict[str, Any] = {"ftol": 1e-9, "xtol": 1e-8, "gtol": 1e-12, "max_nfev": most}
-        return least_squares(self.attempt, y, self.jacobian, bounds=self.bounds, **options)
+        low, high = self.bounds
+        # the first step goes as far as the search begins from 0, which a parameter may be close to
+        back = y - 1.0
+
+        def at(u: Array) -> Array:
+            return np.clip(u + back, low, high)
+
+        found = least_squares(
+            lambda u: self.attempt(at(u)),
+            np.ones(len(y)),
+            lambda u: self.jacobian(at(u)),
+            bounds=(low - back, high - back),
+            **options,
+        )
+        found.x = at(found.x)
+        return found
 
 
 def masks_of(measured: Measured) -> dict[str, Any]:
