@@ -221,9 +221,10 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
             except TypeError as error:
                 raise KeywordError(f"{what}: {error}; it takes {', '.join(taken)}") from None
         given |= kwargs
-        for name, value in given.items():
-            if name in checks:
-                given[name] = checks[name](name, value)
+        # (in the order of the signature: what is told first does not depend on how it was called)
+        for name, check in checks.items():
+            if name in given:
+                given[name] = check(name, given[name])
         token = _given.set({**defaults, **{name: given[name] for name in given if name in defaults}})
         try:
             return by_name(**given)

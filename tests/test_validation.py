@@ -229,6 +229,14 @@ def test_calls_that_no_verb_takes():
     assert ribbonfem.OptionError is OptionError
 
 
+def test_of_several_options_that_cannot_be_the_first_of_the_signature_is_told():
+    for options in ({"step": -1, "tolerance": -1}, {"tolerance": -1, "step": -1}):
+        with pytest.raises(OptionError, match=r"^step = -1"):
+            kirchhoff.simulate(PLANAR, **options)
+        with pytest.raises(OptionError, match=r"^scene = 3"):
+            kirchhoff.simulate(**options, scene=3)
+
+
 @pytest.mark.parametrize("value", [*NO_NUMBERS, *NO_FINITE, 0, -1, None, True])
 def test_choose_refuses(value):
     for name, call in (
