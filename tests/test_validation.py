@@ -222,7 +222,7 @@ def test_calls_that_no_verb_takes():
         kirchhoff.folds(Ribbon())
     with pytest.raises(AttributeError, match="perhaps 'simulate' is meant"):
         der.simulates  # noqa: B018
-    with pytest.raises(AttributeError, match=r"it has .*equilibria, escape, folds"):
+    with pytest.raises(AttributeError, match=r"it has .*equilibria, escape, fold_curve, folds"):
         kirchhoff.swing  # noqa: B018
     with pytest.raises(OptionError, match="Steps"):
         der.folds(PLANAR, steps=0.1)
