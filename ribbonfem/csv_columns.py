@@ -70,8 +70,14 @@ def columns(path: str | Path, wanted: tuple[str | int, ...], what: str, *, missi
     return result
 
 
-def _cells(lines: list[str], separator: str) -> list[list[str]]:
-    return list(csv.reader(lines, delimiter=separator))
+def _cells(lines: list[tuple[int, str]], separator: str) -> list[tuple[int, list[str]]]:
+    """The cells of each row with the number of its first line: a cell in quotes may go on in the next one."""
+    reader = csv.reader([line for _, line in lines], delimiter=separator)
+    rows, first = [], 0
+    for cells in reader:
+        rows.append((lines[first][0], cells))
+        first = reader.line_num
+    return rows
 
 
 def headings(path: str | Path, what: str) -> list[str]:
@@ -89,14 +95,13 @@ def _table(path: str | Path, what: str) -> tuple[list[str], list[tuple[int, list
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     first = rows[0][1] if rows else ""
     separator = next((mark for mark in ("\t", ";", ",") if mark in first), ",")
-    numbered = list(zip((k for k, _ in rows), _cells([line for _, line in rows], separator), strict=True))
-    numbered = [(k, row) for k, row in numbered if any(cell.strip() for cell in row)]
+    numbered = [(k, row) for k, row in _cells(rows, separator) if any(cell.strip() for cell in row)]
     if not numbered:
         raise SceneError(f"{what}: {path}: an empty file")
     names = [cell.strip() for cell in numbered[0][1]]
     if all(map(_is_number, names)):
-        above = [line.lstrip("# \t") for k, line in lines if k < numbered[0][0]][-1:]
-        cells = [cell.strip() for cell in _cells(above, separator)[0]] if above else []
+        above = [(k, line.lstrip("# \t")) for k, line in lines if k < numbered[0][0]][-1:]
+        cells = [cell.strip() for _, row in _cells(above, separator) for cell in row]
         names = cells if len(cells) == len(names) else []
     else:
         numbered = numbered[1:]

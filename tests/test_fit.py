@@ -475,6 +475,22 @@ def test_a_file_of_rows(tmp_path):
         Measured.from_csv(path, time="time", hight=1)
 
 
+def test_cells_in_quotes_may_go_on_in_the_next_line(tmp_path):
+    """As spreadsheets write names and remarks; numbers of lines are those of the file."""
+    path = tmp_path / "sheet.csv"
+    path.write_text('# two\n"time\n(ms)","height\n(mm)",remark\n0,34.8,"blown\non"\n10,34.1,\n20,x,\n')
+    with pytest.raises(SceneError, match=r"line 8, row 3: 'x' is no finite number"):
+        Measured.from_csv(path)
+    path.write_text(path.read_text().replace("20,x,\n", ""))
+    assert Measured.from_csv(path) == Measured(
+        time=[0.0, 10.0], height=[34.8, 34.1], units={"time": "ms", "height": "mm"}
+    )
+    assert Schedule.from_csv(path, time=0, value=1).value == (34.8, 34.1)
+    path.write_text('time,height\n0,"34.8\n1,34.1\n')
+    with pytest.raises(SceneError, match="line 2, row 1"):
+        Measured.from_csv(path)
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [
