@@ -29,6 +29,8 @@ EVENTS = ("snap", "snap_time", "first_snap", "folds")
 # of states at rest: what a curve of equilibria has
 AT_REST = ("height", "slope", "load")
 
+# the name of a column, and a unit in brackets behind it
+_HEADING = re.compile(r"(.*?)\s*(?:[(\[]([^()\[\]]+)[)\]])?", re.DOTALL)
 _LENGTHS, _FORCES = ("L", "m", "mm"), ("EI2/L^2", "N", "mN")
 _CONTROLS = ("rad", "deg", *_LENGTHS, *_FORCES)
 _UNITS: Mapping[str, tuple[str, ...]] = {
@@ -48,7 +50,7 @@ def _numbers(name: str, values: object) -> Array:
         raise SceneError(f"Measured.{name} = {shown(values)}: a sequence of numbers is needed")
     try:
         array = np.array(list(values), dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros((0, 0))
     if array.ndim != 1 or not array.size:
         raise SceneError(f"Measured.{name} = {shown(values)}: a sequence of numbers is needed, one a row")
@@ -287,12 +289,14 @@ class Measured(Value):
         columns: of each quantity its column, by name or number from 0: ``time="t (s)", height="z"``;
             reactions by their own names.  Where none is given, those that are named as quantities are, with
             their unit or without: "time (ms)", "force_left_x (N)".
-        units, uncertainty: as of a `Measured`; a standard deviation may be the name of a column too.
+        units: as of a `Measured`; what is left out is in the unit that the name of its column ends with.
+        uncertainty: as of a `Measured`; a standard deviation may be the name of a column too.
 
         Raises
         ------
         SceneError
-            If a column or a unit is not there, or a cell holds no number; names the line.
+            If a column or a unit is not there, or two columns are named as one quantity, or a cell holds no
+            number; names the line.
         OSError
             If the file cannot be read.
         """
@@ -300,12 +304,25 @@ class Measured(Value):
         for name, column in columns.items():
             if name not in allowed:
                 raise SceneError(f"{what}: {name} = {shown(column)}: must be one of {', '.join(allowed)}")
-        given = dict(units or {})
-        for heading in () if columns else headings(path, what):
-            parts = re.fullmatch(r"(\w+)\s*(?:[(\[](.+)[)\]])?", heading)
-            if parts and parts[1] in allowed:
-                columns[parts[1]] = heading
-                given |= {parts[1]: parts[2]} if parts[2] and parts[1] not in given else {}
+        if not isinstance(units, (Mapping, type(None))):
+            raise SceneError(f"{what}: units = {shown(units)}: a mapping by name is needed")
+        given, heads = dict(units or {}), headings(path, what)
+        own = not columns
+        for heading in heads if own else ():
+            name = _HEADING.fullmatch(heading)[1]  # type: ignore[index]
+            if name in columns:
+                raise SceneError(
+                    f"{what}: {path}: {columns[name]!r} and {heading!r} are both {name}: say which, by "
+                    f"{name} = its name or number"
+                )
+            if name in allowed:
+                columns[name] = heading
+        for name, column in columns.items():
+            numbered = isinstance(column, int) and 0 <= column < len(heads)
+            unit = _HEADING.fullmatch(heads[column] if numbered else str(column))[2]  # type: ignore[index]
+            # (what a name has in brackets may be something else)
+            if unit and (own or unit in _UNITS[name]):
+                given.setdefault(name, unit)
         if not columns:
             raise SceneError(
                 f"{what}: {path}: no column is named as a quantity: time='t', height='z' are needed"

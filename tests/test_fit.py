@@ -475,6 +475,22 @@ def test_a_file_of_rows(tmp_path):
         Measured.from_csv(path, time="time", hight=1)
 
 
+def test_a_file_has_one_column_of_a_quantity_in_the_unit_of_its_name(tmp_path):
+    path = tmp_path / "two.csv"
+    path.write_text("time (ms),height (mm),height (m),z (left)\n0,34.8,0.0348,1\n10,34.1,0.0341,1\n")
+    with pytest.raises(SceneError, match=r"'height \(mm\)' and 'height \(m\)' are both height: say which"):
+        Measured.from_csv(path)
+    metres = Measured(time=[0, 10], height=[0.0348, 0.0341], units={"time": "ms", "height": "m"})
+    assert Measured.from_csv(path, time="time (ms)", height="height (m)") == metres
+    assert Measured.from_csv(path, time=0, height=2) == metres
+    # what is said counts, and brackets may hold what is no unit
+    told = Measured.from_csv(path, time=0, height=1, units={"height": "L"})
+    assert told.unit("height") == "L"
+    assert Measured.from_csv(path, time=0, height="z (left)").unit("height") == "L"
+    with pytest.raises(SceneError, match=r"units = 'mm': a mapping by name"):
+        Measured.from_csv(path, time=0, height=1, units="mm")
+
+
 def test_cells_in_quotes_may_go_on_in_the_next_line(tmp_path):
     """As spreadsheets write names and remarks; numbers of lines are those of the file."""
     path = tmp_path / "sheet.csv"
@@ -506,6 +522,7 @@ def test_cells_in_quotes_may_go_on_in_the_next_line(tmp_path):
         ({"time": [0], "height": [1], "units": {"height": "cm"}}, "must be one of L, m, mm"),
         ({"time": [0], "reactions": {"force": [1]}}, "'force' is none of force_left_x"),
         ({"control": [0], "midspan_x": [1]}, "needs a time: of states at rest"),
+        ({"time": [0], "height": [10**400]}, r"Measured\.height = .*a sequence of numbers is needed"),
         ({"snap": "early"}, r"Measured\.snap = 'early': a real number is needed"),
     ],
 )
