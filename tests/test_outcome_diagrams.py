@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import compare
 from compare.diagrams import setup as runs
+from compare.diagrams import show
 from compare.diagrams.axes import Axis, axes_of, label, scene_at
 from compare.sweep import Sweep
-from ribbonfem import Scene, SceneError, kirchhoff
+from ribbonfem import Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.options import OptionError
 
 RAMP = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.5, damping=10.0)
@@ -97,6 +99,27 @@ def test_where_there_is_no_such_state_it_says_so_and_ends_at_the_pitchfork():
         assert (change.below, change.above) == ("no state", "no skip")
         assert abs(change.value - begins) <= change.uncertainty
     assert repr(result).startswith("Diagram(skipping at dL/L 0.4, 0.5 rad/s over shear and damping, kirch")
+
+
+def test_where_no_run_ends_it_says_so(monkeypatch):
+    """Also where no outcome is known beforehand, as of a planar start; keys for programs stay."""
+
+    def fails(*_):
+        raise SolverError("no step converges")
+
+    monkeypatch.setattr(runs, "_run", fails)
+    planar = Scene(compression=0.20, shear=0.0, start="U+", stop=1.0, damping=10.0)
+    made = drawn(planar, {"young": (1e8, 2e8, 2), "damping": (5.0, 10.0, 2)}, samples=1)
+    assert made.outcomes == ()
+    assert made.shares.shape == (2, 2, 0)
+    assert np.isnan(made.uncertainty).all()
+    assert not made.runs.any()
+    assert [failed.reason for failed in made.failed] == ["no step converges"] * 4
+    assert show.numbers(made)["failed"][0] == {"x": 1e8, "y": 5.0, "reason": "no step converges"}
+    usual = drawn(planar, {"rate": (0.5, 1.0, 2), "damping": (5.0, 10.0, 2)}, samples=1)
+    assert show.numbers(usual)["failed"][0] == {"rate": 0.5, "damping": 5.0, "reason": "no step converges"}
+    for each in (made, usual):
+        plt.close(each.plot().figure)
 
 
 def test_where_the_stop_varies_it_is_asked_in_which_shape_a_ramp_ends(tmp_path):

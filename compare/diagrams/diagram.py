@@ -122,7 +122,7 @@ def _diagram(
             runs[j, i] = total = sum(counts)
             if total:
                 shares[j, i] = np.array(counts) / total
-            uncertainty[j, i] = half_interval(max(counts), total)
+            uncertainty[j, i] = half_interval(max(counts, default=0), total)
             outcome[j, i] = name_of_cell(cell, len(cell) >= samples, axes)
     usual = base.over == RATE_AND_DAMPING and not base.selection
     curves = predictions(base, across.values, up.values) if usual else Curves()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -82,8 +82,9 @@ def _plain(values: Any) -> Any:
 
 def numbers(diagram: Diagram) -> dict[str, Any]:
     """The fields of a diagram for programs."""
-    usual = ("rates", "dampings") if diagram.over == RATE_AND_DAMPING else ("x", "y")
-    arrays = (*usual, "shares", "uncertainty", "runs", "outcome")
+    usual = diagram.over == RATE_AND_DAMPING
+    centres, of_a_run = (("rates", "dampings"), RATE_AND_DAMPING) if usual else (("x", "y"),) * 2
+    arrays = (*centres, "shares", "uncertainty", "runs", "outcome")
     scene = diagram.scene
     return {
         "kind": diagram.kind,
@@ -102,7 +103,7 @@ def numbers(diagram: Diagram) -> dict[str, Any]:
         "seed": diagram.seed,
         "outcomes": list(diagram.outcomes),
         **{key: _plain(np.asarray(value).tolist()) for key, value in for_programs(diagram, arrays).items()},
-        "failed": [asdict(failed) for failed in diagram.failed],
+        "failed": [for_programs(failed, (*of_a_run, "reason")) for failed in diagram.failed],
         "boundaries": [for_programs(boundary) for boundary in diagram.boundaries],
         "folds": list(diagram.folds),
         "predicted": {name: np.asarray(curve).tolist() for name, curve in diagram.predicted.items()},
@@ -215,7 +216,7 @@ def draw_panel(axes: Any, diagram: Diagram, named: Sequence[Named] = ()) -> None
     """One diagram: colours mixed by shares, boundaries, bands, predictions, failures, the paper's runs."""
     from matplotlib.colors import to_rgb
 
-    palette = np.array([to_rgb(colour(name)) for name in diagram.outcomes])
+    palette = np.array([to_rgb(colour(name)) for name in diagram.outcomes]).reshape(-1, 3)
     shares = np.nan_to_num(np.array(diagram.shares))
     # on white, so that a cell without a run stays so
     mixed = np.einsum("jik,kc->jic", shares, palette) + (1.0 - shares.sum(axis=2))[..., None]
