@@ -39,7 +39,7 @@ _SLOW = 0.1
 # folds closer than this, relative, are images of each other
 _SAME = 1e-6
 # elements from which on a fold is that of any finer mesh to 1e-3 rad (small slopes), to 1e-6 (ribbons), or to
-# 1e-4 up to dL/L .6
+# 2e-4 up to dL/L .7
 _SETTLED = {"quasilinear": 8, "kirchhoff": 8, "elastica": 4}
 
 

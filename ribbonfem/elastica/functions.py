@@ -234,7 +234,8 @@ def normal_forms(
 ) -> tuple[NormalForm, ...]:
     """The normal forms of the folds that a very slow ramp meets: what `delay.predict` needs.
 
-    The default mesh is that of motions; parameters and errors as in `folds`.
+    The default mesh is that of motions where none coarser will do (`simulate`); parameters and errors as in
+    `folds`.
     """
     problem, start = named(scene, elements, extensible)
     return tuple(normal_form(problem, fold) for fold in _folds(problem, start, scene))
