@@ -321,6 +321,20 @@ def test_derivatives_do_not_depend_on_their_step():
         assert np.ptp(values) < 0.05 * values.mean()
 
 
+def test_a_negative_parameter_is_its_mirror_image():
+    """The beam turned over, and driven the other way: the same rate, as well known."""
+    up = Scene(compression=0.3, shear=0.0, start="U+", rate=1.0, damping=3.0, gravity=NONE)
+    down = replace(up, start="U-", rate=-1.0)
+    one = compare.fit(up, Measured(snap=1.3, uncertainty=1e-3), vary="rate")
+    other = compare.fit(down, Measured(snap=-1.3, uncertainty=1e-3), vary="rate")
+    assert one.met
+    assert other.met
+    assert one.chi2 + other.chi2 < 1e-6
+    assert one.values["rate"] > 1.5
+    assert other.values["rate"] == pytest.approx(-one.values["rate"], abs=1e-3 * one.uncertainty["rate"])
+    assert other.uncertainty["rate"] == pytest.approx(one.uncertainty["rate"], rel=1e-3)
+
+
 def test_a_bound_is_told():
     data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
     fit = compare.fit(BEAM, data, vary={"damping": (5.0, 10.1)})

@@ -131,7 +131,8 @@ class Problem:
         here = self.residual(y)
         ends, sides = [], []
         for way in (part, -part):
-            there = value * math.exp(way) if parameter.one_sign and abs(value) == size else value + way * size
+            by_factors = parameter.one_sign and abs(value) == size
+            there = value * math.exp(math.copysign(1.0, value) * way) if by_factors else value + way * size
             moved = np.array(y)
             moved[j] = there / self.scale[j]
             inside = parameter.low <= there <= parameter.high
