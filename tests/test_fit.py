@@ -250,6 +250,25 @@ def test_a_noise_that_nobody_tells_is_estimated():
 # what is determined, and what is not
 
 
+def test_what_is_exact_does_not_count_for_all():
+    """A control as a machine tells it: rounding alone is left of it, beside a height that has a noise."""
+    run = elastica.simulate(TRUE, extensible=True, tolerance=1e-6)
+    noise = 1e-3 * np.random.default_rng(4).normal(size=len(TIMES))
+    data = {"time": TIMES, "height": height_at(run, TIMES) + noise, "units": {"control": "deg"}}
+    one = compare.fit(TRUE, Measured(**data), vary="damping")
+    both = compare.fit(TRUE, Measured(**data, control=np.rad2deg(TIMES)), vary="damping")
+    assert both.met
+    # (degrees of freedom differ, by which the deviation of the height is estimated)
+    assert both.values["damping"] == pytest.approx(
+        one.values["damping"], abs=0.05 * one.uncertainty["damping"]
+    )
+    assert both.uncertainty["damping"] == pytest.approx(one.uncertainty["damping"], rel=0.02)
+    # and a fit to its own prediction is told as known, not as undetermined
+    same = compare.fit(one.scene, Measured(time=TIMES, height=one.predicted[0]["height"]), **one.options)
+    assert same.identifiable["damping"]
+    assert same.values["damping"] == pytest.approx(one.values["damping"], abs=same.uncertainty["damping"])
+
+
 def test_a_motion_tells_modulus_over_density_alone():
     data = Measured(time=TIMES, height=rods(), uncertainty=1e-3)
     both = compare.fit(BEAM, data, vary=("young", "density", "damping"))

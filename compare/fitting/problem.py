@@ -23,6 +23,9 @@ from .predictions import EXACT, Model, Record
 _CLEAR, WIDEST = 3.0, 0.05
 # what is so close to a bound, in parts of a parameter, is at it
 _CLOSE = 1e-3
+# an estimated deviation is at least this part of what it begins with, a hundredth of the range: of a column
+# that is exact, as of a control that a machine turns, rounding alone is left, and would count for all
+_LEAST = 1e-4
 # what predictions that are symmetric about 0 change by the sign of a parameter, beside what they change by it
 _EVEN = 0.1
 # units of a scene's control, by the kind of its drive
@@ -34,7 +37,8 @@ _UNITS = {"turn": _ANGLES, "twist": _ANGLES, "length": ("L", "m", "mm"), "force"
 class Problem:
     """Residuals, in standard deviations, of parameters that are counted in their `scale`.
 
-    `steps` (p,) are the parts of the parameters over which derivatives are taken.
+    `steps` (p,) are the parts of the parameters over which derivatives are taken; `least` by name the
+    smallest standard deviations that are estimated.
     """
 
     records: tuple[Record, ...]
@@ -45,6 +49,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.steps = np.full(len(self.parameters), self.difference)
+        begun = [(name, float(np.nanmin(each[name]))) for each in self.sigma for name in each]
+        self.least = {name: _LEAST * min(x for key, x in begun if key == name) for name, _ in begun}
         self.scale = np.array([p.scale for p in self.parameters])
         self.masks = [masks_of(record.measured) for record in self.records]
         starts = np.array([p.start for p in self.parameters]) / self.scale
@@ -194,7 +200,7 @@ class Problem:
             ]
             left = np.concatenate([each for _, each in pairs])
             share = degrees / (degrees + len(self.parameters))
-            new = max(float(np.sqrt(np.mean(left**2) / share)), np.finfo(float).tiny)
+            new = max(float(np.sqrt(np.mean(left**2) / share)), self.least[name])
             for k, _ in pairs:
                 change = max(change, abs(new / float(self.sigma[k][name][0]) - 1.0))
                 self.sigma[k][name] = np.full(self.sigma[k][name].shape, new)
