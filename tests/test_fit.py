@@ -250,6 +250,22 @@ def test_a_noise_that_nobody_tells_is_estimated():
 # what is determined, and what is not
 
 
+def test_a_deviation_that_is_given_stays_beside_one_that_is_estimated():
+    run = elastica.simulate(TRUE, extensible=True, tolerance=1e-6)
+    draw = np.random.default_rng(5)
+    one, other = (height_at(run, TIMES) + size * draw.normal(size=len(TIMES)) for size in (1e-4, 5e-3))
+    data = [Measured(time=TIMES, height=one, uncertainty=1e-4), Measured(time=TIMES, height=other)]
+    fit = compare.fit([TRUE, TRUE], data, vary="damping")
+    assert (fit.sigma[0]["height"] == 1e-4).all()
+    # (a deviation of 151 numbers is known to a seventeenth: four times that)
+    assert fit.sigma[1]["height"] == pytest.approx(5e-3, rel=0.24)
+    alone = compare.fit(TRUE, data[0], vary="damping")
+    assert fit.values["damping"] == pytest.approx(
+        alone.values["damping"], abs=0.1 * alone.uncertainty["damping"]
+    )
+    assert fit.uncertainty["damping"] == pytest.approx(alone.uncertainty["damping"], rel=0.01)
+
+
 def test_what_is_exact_does_not_count_for_all():
     """A control as a machine tells it: rounding alone is left of it, beside a height that has a noise."""
     run = elastica.simulate(TRUE, extensible=True, tolerance=1e-6)
@@ -264,7 +280,8 @@ def test_what_is_exact_does_not_count_for_all():
     )
     assert both.uncertainty["damping"] == pytest.approx(one.uncertainty["damping"], rel=0.02)
     # and a fit to its own prediction is told as known, not as undetermined
-    same = compare.fit(one.scene, Measured(time=TIMES, height=one.predicted[0]["height"]), **one.options)
+    own = Measured(time=TIMES, height=one.predicted[0]["height"])
+    same = compare.fit(one.scene, own, **one.options)
     assert same.identifiable["damping"]
     assert same.values["damping"] == pytest.approx(one.values["damping"], abs=same.uncertainty["damping"])
 

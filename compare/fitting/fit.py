@@ -181,8 +181,10 @@ def _settled(
     """The minimum, with the standard deviations that are not given as what it leaves."""
     minimum = problem.minimum(y, most)
     # one that all share changes no minimum
-    names = {name for record in problem.records for name in record.measured.measured}
-    alone = len(unknown) == 1 and names == set(unknown)
+    data = [record.measured for record in problem.records]
+    alone = len({name for each in data for name in each.measured}) == 1 and not any(
+        each.uncertainty for each in data
+    )
     for _ in range(_ROUNDS if unknown else 0):
         change = problem.estimate(minimum.x, unknown, degrees)
         if alone or change < _SETTLED:

@@ -190,13 +190,16 @@ class Problem:
         return moved
 
     def estimate(self, y: Array, unknown: Mapping[str, str], degrees: int) -> float:
-        """Take the standard deviations of these for what is left; by how much one changed, relative."""
+        """Take the standard deviations of these, where none is given, for what is left.
+
+        Returns by how much one changed, relative.
+        """
         predicted, change = self.predicted(y), 0.0
         for name in unknown:
             pairs = [
                 (k, (p[name] - record.measured.values(name))[mask[name]])
                 for k, (record, p, mask) in enumerate(zip(self.records, predicted, self.masks, strict=True))
-                if name in p
+                if name in p and name not in record.measured.uncertainty
             ]
             left = np.concatenate([each for _, each in pairs])
             share = degrees / (degrees + len(self.parameters))
@@ -270,7 +273,8 @@ def deviations_of(records: tuple[Record, ...]) -> tuple[list[dict[str, Array]], 
         if record.at_rest:
             sigma["control"] = _of_control(measured, sigma)
     for name in unknown:
-        having = [record.measured.values(name) for record in records if name in record.measured.measured]
+        data = [record.measured for record in records if name not in record.measured.uncertainty]
+        having = [each.values(name) for each in data if name in each.measured]
         if sum(int(np.isfinite(values).sum()) for values in having) < 2:
             raise SceneError(
                 f"Measured.uncertainty: that of {name} is needed: nothing can be told from a single number"
