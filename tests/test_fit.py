@@ -349,6 +349,20 @@ def test_a_clock_of_its_own_is_found():
     assert fit.uncertainty["offset"] < 5e-3
 
 
+def test_a_snap_while_the_control_stands_is_waited_for():
+    """A ramp that stops just past the fold; how long it was held is not in the scene, but in the data."""
+    scene = Scene(compression=0.3, shear=0.0, start="U+", rate=1.0, stop=1.0, damping=10.0, gravity=NONE)
+    run = elastica.simulate(replace(scene, hold=10.0), extensible=True, until="snap", tolerance=1e-6)
+    time, _ = run.snap
+    assert time > 1.3
+    begin = replace(scene, damping=9.0)
+    fit = compare.fit(begin, Measured(snap_time=time, uncertainty=0.01), vary="damping")
+    assert_true(fit, {"damping": 10.0}, 0.1)
+    rows = {"time": (0.0, 0.5), "height": (0.3, 0.3)}
+    both = Measured(**rows, snap_time=time, uncertainty={"height": 1.0, "snap_time": 0.01})
+    assert_true(compare.fit(begin, both, vary="damping"), {"damping": 10.0}, 0.1)
+
+
 def test_derivatives_do_not_depend_on_their_step():
     """Over a factor of ten: it is long against the scatter of the steps, and short against the curvature."""
     spread = [fitted(difference=part).uncertainty for part in (1e-3, 3e-3, 1e-2)]

@@ -97,8 +97,8 @@ def fit(
     Parameters
     ----------
     scene: what happened on the bench; or several scenes that share the parameters, each with its own
-        `measured`.  A control that has reached its stop is held there as long as rows go on, and rests before
-        it begins.
+        `measured`.  A control that has reached its stop is held there as long as rows go on, or to the
+        `snap_time`, and rests before it begins.
     measured: see `ribbonfem.measured.Measured`.
     vary: names of numbers of `Scene` ("damping", "compression", "shear", "rate", ...) and `Ribbon` ("young"
         or "ribbon.young", ...), "preset.NAME" of a control that does not move, "offset" (s), by which the

@@ -90,7 +90,7 @@ class Record:
 
     Attributes
     ----------
-    quantum: s; a stopped control is held for a multiple of this, as long as rows go on.
+    quantum: s; a stopped control is held for a multiple of this, as long as rows go on, or until the snap.
     """
 
     scene: Scene
@@ -99,18 +99,22 @@ class Record:
 
     def moving(self, scene: Scene, offset: float) -> tuple[Scene, dict[str, Any]]:
         """The scene that is run, and options of the run: to the last row, or to the snap."""
-        measured = self.measured
-        if measured.time is None:
-            return endless(scene), {"until": "snap", "configurations": False}
-        shapes = measured.midspan_x is not None or measured.midspan_y is not None
-        options = {"configurations": shapes}
-        scene = endless(scene)
-        if scene.schedule is None:
-            last = float(np.nanmax(self.seconds("time"))) - offset
-            beyond = last - abs(scene.require_stop() / scene.rate)
+        measured, scene = self.measured, endless(scene)
+        if scene.schedule is None and self.has_clock:
+            beyond = self._last - offset - abs(scene.require_stop() / scene.rate)
             if beyond > scene.hold:
                 scene = replace(scene, hold=self.quantum * math.ceil(beyond / self.quantum))
-        return scene, options
+        if measured.time is None:
+            return scene, {"until": "snap", "configurations": False}
+        shapes = measured.midspan_x is not None or measured.midspan_y is not None
+        return scene, {"configurations": shapes}
+
+    @property
+    def _last(self) -> float:
+        """The last time that was measured, s; a snap may be predicted to come a little later than it came."""
+        rows = [] if self.measured.time is None else [float(np.nanmax(self.seconds("time")))]
+        snap = [] if self.measured.snap_time is None else [float(self.seconds("snap_time")[0]) + self.quantum]
+        return max(rows + snap)
 
     @property
     def at_rest(self) -> bool:
