@@ -136,12 +136,10 @@ def _snap(model: str, scene: Scene, options: Options) -> tuple[float, float]:
     return result[1], seconds
 
 
-Measured = Mapping[Key, tuple[float, float]]
+Timed = Mapping[Key, tuple[float, float]]
 
 
-def measured(
-    scene: Scene, rivals: Sequence[Runs], rounds: int, sweep: Sweep
-) -> tuple[Measured, dict[str, float]]:
+def timed(scene: Scene, rivals: Sequence[Runs], rounds: int, sweep: Sweep) -> tuple[Timed, dict[str, float]]:
     """Angle and least CPU seconds of every run, by turns, and the limits of those that have one."""
     runs = [run for rival in rivals for run in rival]
     quick = [run for run in runs if run[1] != "der" or run[2]["tolerance"] >= ONCE]
@@ -163,7 +161,7 @@ def measured(
     return least, limits
 
 
-def _series(result: Measured, limits: Mapping[str, float]) -> Iterator[Price]:
+def _series(result: Timed, limits: Mapping[str, float]) -> Iterator[Price]:
     """Every run, and rods of two meshes extrapolated."""
     usual = next(iter(limits.values()))
     for (name, mesh, method, tolerance), (angle, seconds) in result.items():
@@ -177,7 +175,7 @@ def _series(result: Measured, limits: Mapping[str, float]) -> Iterator[Price]:
         yield Price((RODS.name, method, f"{coarse} and {fine} nodes"), tolerance, off, s + u)
 
 
-def prices(result: Measured, limits: Mapping[str, float], error: float) -> dict[str, Price]:
+def prices(result: Timed, limits: Mapping[str, float], error: float) -> dict[str, Price]:
     """The cheapest of each, by name, of the rods by TR-BDF2 too ("rods, tr-bdf2")."""
     runs = list(
         settled(
@@ -209,7 +207,7 @@ def ribbons(rounds: int, sweep: Sweep) -> list[list[Any]]:
     """A row for each scene and error: prices, their ratios, and how far the two limits are apart."""
     rows: list[list[Any]] = []
     for scene in RIBBONS:
-        result, limits = measured(scene, (ELEMENTS, RODS), rounds, sweep)
+        result, limits = timed(scene, (ELEMENTS, RODS), rounds, sweep)
         finest = [result[RODS.name, f"{n} nodes", METHODS[0], RODS.tolerances[-1]][0] for n in NODES[-3:]]
         rods, _ = limit_of(finest, NODES[-3:])
         for error in ERRORS:
@@ -226,7 +224,7 @@ def beams(rounds: int, sweep: Sweep) -> list[list[Any]]:
     """A row for each planar scene and error: prices, and their ratios to the elements of three dimensions."""
     rows: list[list[Any]] = []
     for scene in BEAMS:
-        result, limits = measured(scene, PLANAR, rounds, sweep)
+        result, limits = timed(scene, PLANAR, rounds, sweep)
         for error in ERRORS:
             best = prices(result, limits, error)
             rows.append(
