@@ -9,7 +9,8 @@ import pytest
 import compare
 from compare.diagrams import setup as runs
 from compare.diagrams import show
-from compare.diagrams.axes import Axis, axes_of, label, scene_at
+from compare.diagrams.axes import Axis, axes_of, axis_of, label, scene_at
+from compare.diagrams.boundaries import Line, search
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.options import OptionError
@@ -180,6 +181,13 @@ def test_coordinates_of_an_axis(name, values):
     ("scene", "over", "error", "says"),
     [
         (RAMP, {"rate": (0.1, 1.0, 3)}, OptionError, "two numbers of the scene"),
+        (
+            RAMP,
+            {"rate": (0.1, 1.0, 3), "shear": (0.4, 0.4 + 1e-12, 3)},
+            OptionError,
+            "a cell must be wider than",
+        ),
+        (RAMP, {"rate": (0.1, 0.1 + 1e-12, 3), "shear": (0.3, 0.4, 3)}, OptionError, "cell must be wider"),
         (RAMP, {"rate": (0.1, 1.0, 3), "speed": (1, 2, 3)}, OptionError, "over = 'speed': must be one of"),
         (RAMP, {"rate": (0.1, 1.0, 3), "left": (1, 2, 3)}, OptionError, "over = 'left'"),
         (RAMP, {"rate": (0.1, 1.0), "shear": (0.3, 0.4, 3)}, OptionError, r"over\['rate'\] = \(0.1, 1.0\)"),
@@ -193,6 +201,27 @@ def test_coordinates_of_an_axis(name, values):
 def test_what_cannot_be_is_refused(scene, over, error, says):
     with pytest.raises(error, match=says):
         compare.outcome_diagram(scene, over)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.4, 0.4 + 3e-9), (-1e9, 1e9), (1e5, 1e5 + 1e-3)])
+def test_changes_are_found_in_the_narrowest_cells(low, high):
+    """To a hundredth of the coordinate's unit, in some rounds: what is bisected is not rounding."""
+    axis = axis_of("shear", (low, high, 3), "over")
+    step = axis.values[1] - axis.values[0]
+    there = low + 0.3 * step
+    line = Line((axis.values[0], axis.values[1]), 0.01, {}, axis=axis)
+    rounds = []
+
+    def run(work):
+        rounds.append(len(work))
+        assert len(rounds) < 20
+        return ["below" if value < there else "above" for _, value in work]
+
+    search([line], run)
+    (value, uncertainty, *_, below, above), *more = line.changes()
+    assert not more
+    assert (below, above) == ("below", "above")
+    assert abs(value - there) < uncertainty < 0.04 * step
 
 
 def test_a_threshold_is_of_any_number_too():

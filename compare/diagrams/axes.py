@@ -48,6 +48,8 @@ _UNITS = {
 _LOGARITHMIC = ("rate", "damping", *list(OF_RIBBON)[:7])
 # coordinates of an axis that is not: a spacing of its cells is this much, as that of some ten a decade
 _SPACING = 0.25
+# of the values, a part that rounding leaves to the hundred parts of a cell in which changes are looked for
+_NARROWEST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,11 @@ def axis_of(name: str, given: object, called: str) -> Axis:
     count = whole_number(f"{called}[2]", parts[2], 2, 1000)
     if not low < high:
         raise OptionError(f"{called} = {given!r}: low must be below high")
+    if not high - low > _NARROWEST * (count - 1) * max(abs(low), abs(high)):
+        raise OptionError(
+            f"{called} = {given!r}: a cell must be wider than {_NARROWEST:g} of the values, as changes are "
+            "looked for inside"
+        )
     share = np.arange(count) / (count - 1)
     if name in _LOGARITHMIC:
         return Axis(name, low * np.exp(math.log(high / low) * share))
