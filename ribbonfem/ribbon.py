@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from functools import wraps
@@ -20,6 +21,14 @@ class SceneError(ValueError):
 
 class SceneWarning(UserWarning):
     """A value that can be, but looks like a slip in its unit."""
+
+
+@contextmanager
+def silently() -> Iterator[None]:
+    """Without `SceneWarning`: for trials of a search, whose first scene was told of when it was made."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        yield
 
 
 def shown(value: object) -> str:

@@ -1,6 +1,7 @@
 """What was measured, and fits to it: data of other models, with noise, of closed forms; what they tell."""
 
 import json
+import warnings
 from dataclasses import replace
 from functools import cache
 
@@ -14,6 +15,7 @@ from scipy.stats import chi2
 import compare
 import der
 from compare.__main__ import main
+from compare.diagrams.axes import scene_at
 from compare.fitting.problem import Problem
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
@@ -431,6 +433,17 @@ def test_a_bound_that_the_data_lead_away_from_is_no_minimum(monkeypatch):
         fit = compare.fit(BEAM, data, vary={"damping": bounds})
         assert fit.at_bounds == ("damping",)
         assert fit.converged is converged
+
+
+def test_trials_warn_of_nothing():
+    """What a weight would do was said of the scene, and not of each trial."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene = replace(BEAM, gravity=None)
+        fit = compare.fit(scene, Measured(snap=1.31, uncertainty=1e-2), vary="young")
+        assert fit.runs > 5
+        scene_at(scene, {"thickness": 0.012})
+    assert not told
 
 
 def test_a_search_that_ends_too_early_says_so():

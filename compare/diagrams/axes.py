@@ -13,6 +13,7 @@ from ribbonfem import Scene
 from ribbonfem.drive import CONTROLS, TURNS, TWISTS
 from ribbonfem.options import OptionError, choice, number, positive, whole_number
 from ribbonfem.results import Array
+from ribbonfem.ribbon import silently
 
 # numbers of a scene and of its ribbon, and what each is drawn as
 OF_SCENE = {
@@ -175,11 +176,12 @@ def scene_at(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     ribbon = {name: value for name, value in numbers.items() if name in OF_RIBBON}
     preset = {name: value for name, value in numbers.items() if name not in (*own, *ribbon)}
     changes: dict[str, Any] = dict(own)
-    if ribbon:
-        changes["ribbon"] = replace(scene.ribbon, **cast(Any, ribbon))
     if preset:
         changes["preset"] = {**scene.preset, **preset}
-    return replace(scene, **changes)
+    with silently():
+        if ribbon:
+            changes["ribbon"] = replace(scene.ribbon, **cast(Any, ribbon))
+        return replace(scene, **changes)
 
 
 def unit_of(name: str, scene: Scene) -> str:

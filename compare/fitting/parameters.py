@@ -11,6 +11,7 @@ from typing import Any
 from ribbonfem import Scene
 from ribbonfem.drive import CONTROLS
 from ribbonfem.options import interval, refuse
+from ribbonfem.ribbon import silently
 from ribbonfem.scene import shown
 
 INF = math.inf
@@ -194,11 +195,12 @@ def applied(scene: Scene, parameters: Sequence[Parameter], values: Sequence[floa
         if parameter.owner != "offset":
             changed[parameter.owner][str(parameter.key)] = float(value)
     fields = changed["scene"]
-    if changed["ribbon"]:
-        fields["ribbon"] = replace(scene.ribbon, **changed["ribbon"])
     if changed["preset"]:
         fields["preset"] = {**scene.preset, **changed["preset"]}
-    return replace(scene, **fields) if fields else scene
+    with silently():
+        if changed["ribbon"]:
+            fields["ribbon"] = replace(scene.ribbon, **changed["ribbon"])
+        return replace(scene, **fields) if fields else scene
 
 
 def offset_of(parameters: Sequence[Parameter], values: Sequence[float], record: int) -> float:
