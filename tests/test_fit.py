@@ -686,7 +686,7 @@ def test_a_fit_is_kept_drawn_and_tabulated(tmp_path):
     rest = compare.fit(scene, Measured(control=force, height=height, uncertainty=1e-3), vary="compression")
     assert rest.plot().get_xlabel() == "control (EI2/L^2)"
     events = compare.fit([BEAM, replace(BEAM, rate=2.0)], [SNAP, replace(SNAP, snap=1.5)], vary="damping")
-    assert events.plot().get_xlabel() == "rate (1/s)"
+    assert events.plot().get_xlabel() == "rate (rad/s)"
     with pytest.raises(ValueError, match="quantity = 'slope': must be one of snap"):
         events.plot(quantity="slope")
     plt.close("all")

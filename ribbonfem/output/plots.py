@@ -256,7 +256,7 @@ def _over_scenes(result: Any, which: list[int], name: str) -> tuple[Any, str]:
     counts = [len(result.measured[k].values(name)) for k in which]
     rates = [result.scenes[k].rate for k in which]
     if len(set(rates)) > 1:
-        return np.repeat(rates, counts), "rate (1/s)"
+        return np.repeat(rates, counts), f"rate ({result.scenes[which[0]].drives.unit or 1}/s)"
     if len(which) == 1:
         return np.arange(1, counts[0] + 1), "number"
     return np.repeat(np.array(which) + 1, counts), "scene"
