@@ -365,6 +365,21 @@ def test_a_snap_while_the_control_stands_is_waited_for():
     assert_true(compare.fit(begin, both, vary="damping"), {"damping": 10.0}, 0.1)
 
 
+def test_a_ramp_without_a_stop_is_followed_as_far_as_rows_go():
+    """And not for a turn of the clamp, most of it a vibration behind the snap; the fit is the same."""
+    early = TIMES[:140]
+    data = Measured(time=early, height=rods()[:140], uncertainty=1e-3)
+    endless = compare.fit(replace(BEAM, stop=None), data)
+    stopped = compare.fit(BEAM, data)
+    assert endless.history.time[-1] < early[-1] + BEAM.ribbon.inertial_time
+    spread = stopped.uncertainty["damping"]
+    assert endless.values["damping"] == pytest.approx(stopped.values["damping"], abs=0.1 * spread)
+    assert endless.uncertainty["damping"] == pytest.approx(spread, rel=0.01)
+    # a snap may come later than the last row
+    late = Measured(time=early[:50], height=rods()[:50], snap=1.3, uncertainty={"height": 1.0, "snap": 1e-3})
+    assert compare.fit(replace(BEAM, stop=None), late).met
+
+
 def test_derivatives_do_not_depend_on_their_step():
     """Over a factor of ten: it is long against the scatter of the steps, and short against the curvature."""
     spread = [fitted(difference=part).uncertainty for part in (1e-3, 3e-3, 1e-2)]

@@ -90,7 +90,8 @@ class Record:
 
     Attributes
     ----------
-    quantum: s; a stopped control is held for a multiple of this, as long as rows go on, or until the snap.
+    quantum: s; a stopped control is held for a multiple of this, as long as rows go on, or until the snap;
+        a ramp without a stop ends at one.
     """
 
     scene: Scene
@@ -99,15 +100,25 @@ class Record:
 
     def moving(self, scene: Scene, offset: float) -> tuple[Scene, dict[str, Any]]:
         """The scene that is run, and options of the run: to the last row, or to the snap."""
-        measured, scene = self.measured, endless(scene)
+        measured, goes_on = self.measured, scene.stop is None
+        scene = endless(scene)
         if scene.schedule is None and self.has_clock:
-            beyond = self._last - offset - abs(scene.require_stop() / scene.rate)
+            last, stop = self._last - offset, scene.require_stop()
+            beyond = last - abs(stop / scene.rate)
             if beyond > scene.hold:
-                scene = replace(scene, hold=self.quantum * math.ceil(beyond / self.quantum))
+                scene = replace(scene, hold=self._quanta(beyond))
+            elif goes_on and measured.snap is None and measured.first_snap is None:
+                # (a ramp without an end is followed no further than rows go)
+                way = abs(scene.rate) * self._quanta(max(last, self.quantum))
+                scene = replace(scene, stop=math.copysign(min(way, abs(stop)), stop))
         if measured.time is None:
             return scene, {"until": "snap", "configurations": False}
         shapes = measured.midspan_x is not None or measured.midspan_y is not None
         return scene, {"configurations": shapes}
+
+    def _quanta(self, duration: float) -> float:
+        """A duration, s, rounded up."""
+        return self.quantum * math.ceil(duration / self.quantum)
 
     @property
     def _last(self) -> float:
