@@ -25,8 +25,8 @@ class ModelInfo:
     order: of folds and snaps in the mesh, of the options.
     size: what goes to zero as the mesh is refined (L), of the options.
     at_rest, in_motion: unknowns, of the options.
-    settled: the mesh of a motion, where the signature leaves it open: of a scene and, where it is not that of
-        `simulate`, a tolerance (L; None of fixed steps).
+    settled: the mesh of a motion, where the signature leaves it open: of a scene and, where they are not
+        those of `simulate`, a tolerance (L; None of fixed steps) and `initial`.
     """
 
     name: str

@@ -246,6 +246,8 @@ def test_a_noise_that_nobody_tells_is_estimated():
     )
     assert wrong.reduced_chi2 == pytest.approx(4.0, rel=0.5)
     assert "chi2" in str(wrong).splitlines()[-1]
+    assert wrong.converged
+    assert not wrong.met
     assert wrong.uncertainty["young"] == pytest.approx(0.5 * fit.uncertainty["young"], rel=0.2)
 
 

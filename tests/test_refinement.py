@@ -166,6 +166,13 @@ def test_unknowns_are_counted_as_the_models_have_them():
     assert set(QUANTITIES) >= {"fold", "first fold", "snap", "first snap", "shape", "energy", "height"}
 
 
+def test_steps_are_refined_on_the_mesh_of_what_a_motion_begins_with():
+    beam = Scene(compression=0.2, shear=0.0, start="U+", rate=1.0, stop=1.0)
+    state = elastica.state(beam, elements=6)
+    refined = convergence(elastica, beam, "snap", {"tolerance": (1e-4, 1e-5, 1e-6)}, initial=state)
+    assert refined.dofs == (25 * 6 - 3,) * 3
+
+
 def test_the_end_of_a_schedule_is_that_of_its_motion():
     """Not the start at rest, which a scene without an end has."""
     given = {"compression": 0.40, "shear": 0.37, "start": "U+S+", "damping": 2.0}

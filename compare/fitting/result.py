@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import gammainccinv
 
 from ribbonfem import Branch, History, Scene
 from ribbonfem.frozen import called_later, html_table, short_options
@@ -16,8 +17,8 @@ from ribbonfem.results import Array, Value
 
 # part of the uncertainty up to which the model's own error leaves a value settled
 SMALL = 0.3
-# what a reduced chi2 may be more than 1 by, in standard deviations of it
-_USUAL = 4.0
+# how seldom chi2 is larger where scene, model and uncertainties are right
+_SELDOM = 1e-4
 
 
 def _rounded(value: float, spread: float) -> str:
@@ -104,8 +105,16 @@ class Fit(Value):
 
     @property
     def met(self) -> bool:
-        """Whether it converged, all is determined, and the model's own error is small beside the spread."""
-        return self.converged and not self.undetermined and not self._coarse
+        """Whether it converged, all is determined, the model's own error is small, and chi2 as it may be."""
+        likely = not self.reduced_chi2 > self._usual
+        return self.converged and not self.undetermined and not self._coarse and likely
+
+    @property
+    def _usual(self) -> float:
+        """What a reduced chi2 may be; infinite where a standard deviation was made of what is left."""
+        if self.estimated or not self.degrees:
+            return math.inf
+        return float(2.0 * gammainccinv(0.5 * self.degrees, _SELDOM) / self.degrees)
 
     @property
     def _coarse(self) -> list[str]:
@@ -135,13 +144,11 @@ class Fit(Value):
             )
         if self.at_bounds:
             lines.append(f"At a bound: {', '.join(self.at_bounds)}.")
-        if not self.estimated and self.degrees:
-            most = 1.0 + _USUAL * np.sqrt(2.0 / self.degrees)
-            if self.reduced_chi2 > most:
-                lines.append(
-                    f"chi2 is {self.reduced_chi2:.3g} a degree of freedom, and {most:.3g} at most would be "
-                    "usual: the scene is not what was measured, or the uncertainties are too small."
-                )
+        if self.reduced_chi2 > self._usual:
+            lines.append(
+                f"chi2 is {self.reduced_chi2:.3g} a degree of freedom, and {self._usual:.3g} at most would "
+                "be usual: the scene is not what was measured, or the uncertainties are too small."
+            )
         return lines
 
     def table(self) -> str:

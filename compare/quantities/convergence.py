@@ -245,7 +245,7 @@ def convergence(
         declared = MODEL_INFO[name]
         if key == "tolerance" and declared.settled is not None and options.get(declared.mesh) is None:
             # one mesh for all: which one a motion takes by itself depends on its tolerance
-            options = {**options, declared.mesh: declared.settled(scene, min(values))}
+            options = {**options, declared.mesh: declared.settled(scene, min(values), options.get("initial"))}
     # compiled before any clock starts
     result.measure(name, scene, {**options, key: values[0]})
     raw, seconds = zip(*(result.measure(name, scene, {**options, key: v}) for v in values), strict=True)
