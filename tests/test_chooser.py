@@ -67,6 +67,20 @@ def test_where_no_law_was_measured_runs_check_each_other():
     assert abs(answer.value - rod_limit(scene)) < 1e-3
 
 
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"gravity": (0, 0, -1)}, "no law was measured with weight: "),
+        ({"drive": "both", "preset": {"lift": 0.01}}, "no law was measured with presets, drive = 'both': "),
+        ({"ribbon": Ribbon(retardation=0.1)}, "no law was measured with retardation: "),
+        ({}, "no law was measured of the snap time: "),
+    ],
+)
+def test_a_reason_names_what_no_law_was_measured_with(options, told):
+    scene = Scene(compression=0.40, shear=0.37, start="U+S+", **options)
+    assert choose(scene, 1e-3, "snap time").reason.startswith(told)
+
+
 def test_the_motion_takes_a_run_and_a_tighter_one_is_finer():
     scene = Scene(compression=0.20, shear=0.0, start="U+", rate=0.1, stop=1.2)
     other = kirchhoff.simulate(scene, elements=12, extensible=True, tolerance=1e-7, until="snap")

@@ -23,7 +23,7 @@ import math
 
 from compare.quantities.measure import require_monotone
 from ribbonfem import Scene, SceneError, elastica
-from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse
+from ribbonfem.options import call_of_a_scene, choice, flag, positive, refuse, shown
 from ribbonfem.results import control_text
 
 from . import levels, predicted, refinement
@@ -113,9 +113,23 @@ def _other_rig(scene: Scene, tolerance: float, quantity: str, motion: bool) -> C
             "unstable state, and the snap depends on the imperfection. Give one: a small preset"
         )
     if quantity == "fold":
-        reason = "another rig: geometrically exact elements, refined until meshes agree"
+        reason = f"with {_beyond(scene)}: geometrically exact elements, refined until meshes agree"
         return AtRest(scene, "fold", tolerance, name, {"extensible": True}, tolerance, 0.5, reason)
-    return _elements(scene, tolerance, quantity, "another rig, of which no law was measured", motion)
+    what = f"of the {quantity}" if scene.usual else f"with {_beyond(scene)}"
+    return _elements(scene, tolerance, quantity, f"no law was measured {what}", motion)
+
+
+def _beyond(scene: Scene) -> str:
+    """What a scene has that the laws were measured without: they are of one clamp at a constant rate."""
+    acts = {
+        "presets": bool(scene.preset),
+        "weight": any(scene.weight),
+        "a natural shape": scene.ribbon.shaped,
+        "retardation": scene.ribbon.retardation != 0.0,
+        "a schedule": scene.schedule is not None,
+        f"drive = {shown(scene.drive)}": scene.drive not in ("left", "right"),
+    }
+    return ", ".join(name for name, there in acts.items() if there)
 
 
 def _side(scene: Scene) -> float:

@@ -182,9 +182,10 @@ def curves_of(history: History) -> Curve | None:
 
 def summary(result: RunResult) -> list[str]:
     """The answer, and the reason for the model chosen."""
+    reason = result.choice.reason
     return [
         _sentence(result.choice, result.answer),
-        f"Chosen: {result.choice.model}. {result.choice.reason}.",
+        f"Chosen: {result.choice.model}. {reason[:1].upper()}{reason[1:]}.",
     ]
 
 
