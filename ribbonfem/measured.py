@@ -325,7 +325,8 @@ class Measured(Value):
                 given.setdefault(name, unit)
         if not columns:
             raise SceneError(
-                f"{what}: {path}: no column is named as a quantity: time='t', height='z' are needed"
+                f"{what}: {path}: no column is headed as a quantity; there are {', '.join(heads)}. Head them "
+                f"'time (ms)', 'height (mm)', ..., or say in Python which they are: time={heads[0]!r}, ..."
             )
         spread = uncertainty if isinstance(uncertainty, Mapping) else {"": uncertainty}
         wide = {name: column for name, column in spread.items() if isinstance(column, str)}

@@ -239,6 +239,8 @@ def test_a_noise_that_nobody_tells_is_estimated():
     for name, spread in (("height", 2e-3), ("control", 5e-3)):
         assert low < fit.sigma[0][name][0] / spread < high
     assert fit.estimated == ("control", "height")
+    sigma = fit.sigma[0]["height"][0]
+    assert any(f"deviation of height was not given. {sigma:.2g} L is estimated" in x for x in fit.summary())
     assert_true(fit, {"damping": 12.0, "young": 1.1e8}, 4.0)
     # an uncertainty that is told is taken as it is, and a wrong one is found out
     wrong = compare.fit(
@@ -246,6 +248,7 @@ def test_a_noise_that_nobody_tells_is_estimated():
     )
     assert wrong.reduced_chi2 == pytest.approx(4.0, rel=0.5)
     assert "chi2" in str(wrong).splitlines()[-1]
+    assert not any("was not given" in line for line in wrong.summary())
     assert wrong.converged
     assert not wrong.met
     assert wrong.uncertainty["young"] == pytest.approx(0.5 * fit.uncertainty["young"], rel=0.2)
@@ -563,7 +566,7 @@ def test_a_file_of_rows(tmp_path):
     headed = Measured.from_csv(path)
     assert headed == Measured(time=[0.0], height=[34.8], units={"time": "ms", "height": "mm"})
     path.write_text("t;z\n0;34.8\n")
-    with pytest.raises(SceneError, match="no column is named as a quantity"):
+    with pytest.raises(SceneError, match=r"no column is headed as a quantity; there are t, z\..* time='t'"):
         Measured.from_csv(path)
     with pytest.raises(SceneError, match="hight = 1: must be one of time, control, height"):
         Measured.from_csv(path, time="time", hight=1)
@@ -633,6 +636,7 @@ SNAP = Measured(snap=1.3, uncertainty=1e-3)
     [
         (BEAM, SNAP, "yuong", OptionError, "perhaps 'young' is meant"),
         (BEAM, SNAP, ("young", "ribbon.young"), OptionError, "'young' and 'ribbon.young' are the same"),
+        (BEAM, SNAP, "young,damping", OptionError, "several names are given as a tuple"),
         (BEAM, SNAP, (), OptionError, "at least"),
         (BEAM, SNAP, {"damping": (-1.0, 2.0)}, OptionError, r"must be within \(0, inf\)"),
         (BEAM, SNAP, {"damping": (0.1, 2.0)}, OptionError, "begins at 10, outside"),

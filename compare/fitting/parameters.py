@@ -134,6 +134,8 @@ def _named(scenes: Sequence[Scene], name: object, clocks: Sequence[int]) -> list
     known = names_of(scenes[0])
     near = get_close_matches(str(name), known, 1)
     meant = f"perhaps {near[0]!r} is meant; " if near else ""
+    if "," in str(name):
+        meant = "several names are given as a tuple; "
     refuse("vary", name, f"cannot be varied; {meant}there are {', '.join(known)}")
 
 

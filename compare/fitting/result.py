@@ -117,6 +117,16 @@ class Fit(Value):
         return float(2.0 * gammainccinv(0.5 * self.degrees, _SELDOM) / self.degrees)
 
     @property
+    def _noise(self) -> dict[str, str]:
+        """The estimated standard deviations, each with the unit of what was measured."""
+        return {
+            name: f"{np.nanmax(sigma[name]):.2g} {data.unit(name, scene.drives.unit)}"
+            for scene, data, sigma in zip(self.scenes, self.measured, self.sigma, strict=True)
+            for name in self.estimated
+            if name in sigma
+        }
+
+    @property
     def _coarse(self) -> list[str]:
         pairs = self.model_error.items()
         return [name for name, error in pairs if error > SMALL * self.uncertainty[name]]
@@ -128,7 +138,14 @@ class Fit(Value):
 
     def summary(self) -> list[str]:
         """What has to be known of it, in sentences."""
-        lines = [] if self.converged else ["It did not converge."]
+        lines = []
+        if not self.converged:
+            lines.append("It did not converge: begin nearer to the solution, or fit the first rows first.")
+        lines += [
+            f"The standard deviation of {name} was not given. {spread} is estimated from what the fit "
+            "leaves, so that chi2 tests nothing: compare it with the error of the instrument."
+            for name, spread in self._noise.items()
+        ]
         for direction in self.undetermined:
             text = f"The data do not determine {' and '.join(direction)}"
             if len(direction) > 1:
@@ -147,7 +164,8 @@ class Fit(Value):
         if self.reduced_chi2 > self._usual:
             lines.append(
                 f"chi2 is {self.reduced_chi2:.3g} a degree of freedom, and {self._usual:.3g} at most would "
-                "be usual: the scene is not what was measured, or the uncertainties are too small."
+                "be usual: the search ended beside the solution (begin elsewhere), the scene is not what was "
+                "measured, or the uncertainties are too small."
             )
         return lines
 
@@ -164,8 +182,7 @@ class Fit(Value):
     @property
     def _line(self) -> str:
         known = f"chi2/{self.degrees} = {self.reduced_chi2:.3g}" if self.degrees else "as many data as values"
-        spread = {name: s[name] for s in self.sigma for name in self.estimated if name in s}
-        noise = ", ".join(f"{name} +- {np.nanmax(s):.2g} estimated" for name, s in spread.items())
+        noise = ", ".join(f"{name} +- {spread} estimated" for name, spread in self._noise.items())
         state = "converged" if self.converged else "NOT converged"
         options = short_options(self.options)
         return f"{state}, {noise or known}; {self.model}, {options}; {self.runs} runs, {self.seconds:.3g} s"
