@@ -219,7 +219,9 @@ def _checked(function: Callable[P, T], known: dict[str, Callable[[str, Any], Any
             try:
                 signature.bind(*args, **kwargs)
             except TypeError as error:
-                raise KeywordError(f"{what}: {error}; it takes {', '.join(taken)}") from None
+                named = ", ".join(name for name in taken if name not in places)
+                first = f"it takes {', '.join(places)}" + (f", and by keyword {named}" if named else "")
+                raise KeywordError(f"{what}: {error}; {first}") from None
         given |= kwargs
         # (in the order of the signature: what is told first does not depend on how it was called)
         for name, check in checks.items():

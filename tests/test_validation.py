@@ -224,6 +224,8 @@ def test_calls_that_no_verb_takes():
         der.simulates  # noqa: B018
     with pytest.raises(AttributeError, match=r"it has .*equilibria, escape, fold_curve, folds"):
         kirchhoff.swing  # noqa: B018
+    with pytest.raises(KeywordError, match=r"too many positional.* takes compression, and by keyword ribbon"):
+        kirchhoff.pitchforks(0.25, Ribbon())
     with pytest.raises(OptionError, match="Steps"):
         der.folds(PLANAR, steps=0.1)
     assert ribbonfem.OptionError is OptionError

@@ -186,7 +186,8 @@ class _Search:
         ends = [line.known[x] for x in (min(line.known), max(line.known))]
         raise SolverError(
             f"{self.trial.vary} between {line.ends[0]:g} and {line.ends[1]:g}: no change of "
-            f"{self.outcome!r}; at the ends the outcome is {ends[0]!r} and {ends[1]!r}"
+            f"{self.outcome!r}; at the ends the outcome is {ends[0]!r} and {ends[1]!r}. "
+            "Look in a wider range, or for another outcome"
         )
 
 
