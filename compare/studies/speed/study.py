@@ -211,7 +211,14 @@ def tables(result: Speed) -> list[Table]:
             "on the same mesh; z = 0 of the second scene comes long after the first snap, out of a vibration "
             "that magnifies every difference.",
         ),
-        Table("Parts of a Newton iteration", ["part", "us"], parts, ["s", ".2f"]),
+        Table(
+            "Parts of a Newton iteration",
+            ["part", "us"],
+            parts,
+            ["s", ".2f"],
+            "With new factors it takes the first four, with kept ones edges and frames, forces alone and the "
+            "solve: the mean above lies between the two sums.",
+        ),
         *(equal.tables(result.prices, result.planar) if result.prices else ()),
     ]
 
