@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from .ribbon import SceneError, as_number, shown
 
 Array = NDArray[np.float64]
 
+# the name of a column, and a unit in brackets behind it
+HEADING = re.compile(r"(.*?)\s*(?:[(\[]([^()\[\]]+)[)\]])?", re.DOTALL)
 # cells that say that nothing was measured
 _MISSING = ("", "nan", "na", "n/a", "-")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .csv_columns import HEADING, headings
 from .csv_columns import columns as read_columns
-from .csv_columns import headings
 from .frozen import Value
 from .ribbon import Ribbon, SceneError, answers_unknown, field_number, shown
 
@@ -29,8 +28,6 @@ EVENTS = ("snap", "snap_time", "first_snap", "folds")
 # of states at rest: what a curve of equilibria has
 AT_REST = ("height", "slope", "load")
 
-# the name of a column, and a unit in brackets behind it
-_HEADING = re.compile(r"(.*?)\s*(?:[(\[]([^()\[\]]+)[)\]])?", re.DOTALL)
 _LENGTHS, _FORCES = ("L", "m", "mm"), ("EI2/L^2", "N", "mN")
 _CONTROLS = ("rad", "deg", *_LENGTHS, *_FORCES)
 _UNITS: Mapping[str, tuple[str, ...]] = {
@@ -309,7 +306,7 @@ class Measured(Value):
         given, heads = dict(units or {}), headings(path, what)
         own = not columns
         for heading in heads if own else ():
-            name = _HEADING.fullmatch(heading)[1]  # type: ignore[index]
+            name = HEADING.fullmatch(heading)[1]  # type: ignore[index]
             if name in columns:
                 raise SceneError(
                     f"{what}: {path}: {columns[name]!r} and {heading!r} are both {name}: say which, by "
@@ -319,14 +316,15 @@ class Measured(Value):
                 columns[name] = heading
         for name, column in columns.items():
             numbered = isinstance(column, int) and 0 <= column < len(heads)
-            unit = _HEADING.fullmatch(heads[column] if numbered else str(column))[2]  # type: ignore[index]
+            unit = HEADING.fullmatch(heads[column] if numbered else str(column))[2]  # type: ignore[index]
             # (what a name has in brackets may be something else)
             if unit and (own or unit in _UNITS[name]):
                 given.setdefault(name, unit)
         if not columns:
+            there, first = (", ".join(heads), heads[0]) if heads else ("no names", 0)
             raise SceneError(
-                f"{what}: {path}: no column is headed as a quantity; there are {', '.join(heads)}. Head them "
-                f"'time (ms)', 'height (mm)', ..., or say in Python which they are: time={heads[0]!r}, ..."
+                f"{what}: {path}: no column is headed as a quantity; there are {there}. Head them "
+                f"'time (ms)', 'height (mm)', ..., or say in Python which they are: time={first!r}, ..."
             )
         spread = uncertainty if isinstance(uncertainty, Mapping) else {"": uncertainty}
         wide = {name: column for name, column in spread.items() if isinstance(column, str)}

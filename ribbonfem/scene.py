@@ -166,7 +166,7 @@ class Scene:
         self._set("schedule", as_schedule(schedule, self.drives, self.drive, self.rate, stop, self.hold))
         self._set("stop", as_stop(stop, self.rate, self.drives))
         require_feasible(self.chord, self.schedule, self.stop, self.preset)
-        warn_of_slips(self.stop, self.drives, self.gravity, self.ribbon)
+        warn_of_slips(self.stop, self.schedule, self.drives, self.gravity, self.ribbon)
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

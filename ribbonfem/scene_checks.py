@@ -199,13 +199,18 @@ def rig_in_words(
 
 
 def warn_of_slips(
-    stop: float | None, drive: Drive, gravity: tuple[float, float, float] | None, ribbon: Ribbon
+    stop: float | None,
+    schedule: Schedule | None,
+    drive: Drive,
+    gravity: tuple[float, float, float] | None,
+    ribbon: Ribbon,
 ) -> None:
     """Warn, where the `Scene` is made, of angles that look like degrees; once of a weight left unsaid."""
     turns = max(abs(drive.moved.get(name, 0.0)) for name in ("left", "right", *TWISTS))
+    name, stop = ("stop", stop) if schedule is None else ("schedule", schedule.furthest)
     if stop is not None and abs(stop) * turns > _TURNS:
         warnings.warn(
-            f"Scene.stop = {stop!r} rad is {abs(stop) * turns / (2.0 * math.pi):.3g} turns: "
+            f"Scene.{name} = {stop!r} rad is {abs(stop) * turns / (2.0 * math.pi):.3g} turns: "
             "angles are in rad, not in degrees",
             SceneWarning,
             stacklevel=3,

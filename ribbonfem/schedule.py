@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .csv_columns import columns
-from .ribbon import SceneError, answers_unknown, as_number, shown
+from .csv_columns import HEADING, columns, headings
+from .ribbon import SceneError, SceneWarning, answers_unknown, as_number, shown
 
 Array = NDArray[np.float64]
 
@@ -146,7 +147,8 @@ class Schedule:
         ----------
         path: of a file of columns, separated by commas, semicolons or tabs, with or without a row of names.
         time, value: the columns, by name or number from 0.
-        units: of both columns ("s", "ms", "min"; "rad", "deg", "L", "EI2/L^2"), or of the values alone.
+        units: of both columns ("s", "ms", "min"; "rad", "deg", "L", "EI2/L^2"), or of the values alone. A
+            `SceneWarning` tells where the name of a column ends with another, as "alpha (deg)".
 
         Raises
         ------
@@ -162,6 +164,17 @@ class Schedule:
                     f"Schedule.from_csv: units = {shown(units)}: {shown(unit)} is none of {', '.join(known)}"
                 )
         rows = columns(path, (time, value), "Schedule.from_csv")
+        heads = headings(path, "Schedule.from_csv")
+        for column, unit, known in zip((time, value), pair, (_TIMES, _VALUES), strict=True):
+            head = heads[column] if heads and isinstance(column, int) else str(column)
+            other = HEADING.fullmatch(head)[2]  # type: ignore[index]
+            if other in known and known[other] != known[str(unit)]:
+                warnings.warn(
+                    f"Schedule.from_csv: {path}: {head!r} is read in {unit}. If it is in {other}, say so: "
+                    f"units = {tuple(other if each == unit else each for each in pair)}",
+                    SceneWarning,
+                    stacklevel=2,
+                )
         seconds = rows[:, 0] * _TIMES[str(pair[0])]
         return cls(tuple(seconds - seconds[0]), tuple(rows[:, 1] * _VALUES[str(pair[1])]), kind)
 

@@ -568,6 +568,9 @@ def test_a_file_of_rows(tmp_path):
     path.write_text("t;z\n0;34.8\n")
     with pytest.raises(SceneError, match=r"no column is headed as a quantity; there are t, z\..* time='t'"):
         Measured.from_csv(path)
+    path.write_text("0;34.8\n")
+    with pytest.raises(SceneError, match=r"there are no names\..* time=0"):
+        Measured.from_csv(path)
     with pytest.raises(SceneError, match="hight = 1: must be one of time, control, height"):
         Measured.from_csv(path, time="time", hight=1)
 
@@ -598,7 +601,7 @@ def test_cells_in_quotes_may_go_on_in_the_next_line(tmp_path):
     assert Measured.from_csv(path) == Measured(
         time=[0.0, 10.0], height=[34.8, 34.1], units={"time": "ms", "height": "mm"}
     )
-    assert Schedule.from_csv(path, time=0, value=1).value == (34.8, 34.1)
+    assert Schedule.from_csv(path, time=0, value=1, units=("ms", "rad")).value == (34.8, 34.1)
     path.write_text('time,height\n0,"34.8\n1,34.1\n')
     with pytest.raises(SceneError, match="line 2, row 1"):
         Measured.from_csv(path)

@@ -4,6 +4,8 @@ The check values are of a shooting method: Kirchhoff rod, inextensible, L = EI2 
 """
 
 import inspect
+import math
+import warnings
 from dataclasses import fields, replace
 
 import numpy as np
@@ -11,7 +13,17 @@ import pytest
 from histories import assert_goes_on
 
 import der
-from ribbonfem import Drive, Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
+from ribbonfem import (
+    Drive,
+    Ribbon,
+    Scene,
+    SceneError,
+    SceneWarning,
+    Schedule,
+    SolverError,
+    elastica,
+    kirchhoff,
+)
 from ribbonfem.drive import CONTROLS
 from ribbonfem.options import OptionError
 from ribbonfem.outcomes import events
@@ -343,6 +355,24 @@ def test_a_measured_file_without_rows_is_told(tmp_path):
     path.write_text("time,alpha\n", encoding="utf-8")
     with pytest.raises(SceneError, match=r"alpha\.csv: no row below the names time, alpha"):
         Schedule.from_csv(path)
+
+
+def test_a_measured_file_headed_in_another_unit_is_told(tmp_path):
+    """Degrees or milliseconds that are read as radians or seconds are a slip that no error follows from."""
+    path = tmp_path / "alpha.csv"
+    path.write_text("time (ms),alpha (deg)\n0,0\n500,10\n1000,40\n", encoding="utf-8")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        given = Schedule.from_csv(path, units=("ms", "deg"))
+        assert not told
+        Schedule.from_csv(path)
+    assert given.time == (0.0, 0.5, 1.0)
+    assert given.value[-1] == pytest.approx(math.radians(40.0))
+    first, second = (str(one.message) for one in told)
+    assert "'time (ms)' is read in s. If it is in ms, say so: units = ('ms', 'rad')" in first
+    assert "'alpha (deg)' is read in rad. If it is in deg, say so: units = ('s', 'deg')" in second
+    with pytest.warns(SceneWarning, match=r"Scene\.schedule = 40\.0 rad is 6\.37 turns"):
+        Scene(schedule=Schedule((0, 1), (0, 40)))
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
