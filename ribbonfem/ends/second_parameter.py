@@ -45,7 +45,7 @@ class SecondParameter:
         """
         out, driven = ("shear", *TWISTS) if planar else (), scene.drives.moved
         free = [name for name, drive in NAMED.items() if not {*driven, *out} & {*drive.moved}]
-        name = choice("over", over, tuple(NAMED))
+        name = choice("over", over, tuple(NAMED if over in tuple(NAMED) else free))
         if name not in free:
             why = "it leaves the plane of this model" if name in out else "the drive moves that"
             refuse("over", name, f"{why}; there are {', '.join(map(repr, free))}")
