@@ -97,6 +97,27 @@ def test_a_ribbon_is_fitted_in_three_dimensions():
         compare.fit(scenes[0], data[0], vary=("damping", "compression"))
 
 
+def test_states_at_rest_tell_how_the_other_clamp_stands():
+    """A right clamp that is lifted and turned, by heights of the Kirchhoff elements over the left one."""
+    truth = {"lift": 0.03, "right": 0.05}
+    scene = Scene(compression=0.30, shear=0.0, start="U+", rate=1.0, preset=truth)
+    turned = np.linspace(0.0, 0.8, 9)
+    states = [
+        kirchhoff.state(
+            replace(scene, schedule=Schedule((0.0, 1.0), (at, at + 1e-3), "linear"), rate=Scene.rate),
+            extensible=True,
+        )
+        for at in turned
+    ]
+    data = Measured(control=turned, height=[state.height for state in states], uncertainty=1e-5)
+    begun = replace(scene, preset={"lift": 0.01})
+    fit = compare.fit(begun, data, vary=("lift", "right"))
+    for name, value in truth.items():
+        assert abs(fit.values[name] - value) < 1e-5, name
+    assert fit.scene.preset == pytest.approx(truth, abs=1e-5)
+    assert fit.met
+
+
 def test_folds_tell_the_shear():
     scene = Scene(compression=0.40, shear=0.40, start="U+S+", gravity=NONE)
     measured = [
@@ -645,6 +666,7 @@ SNAP = Measured(snap=1.3, uncertainty=1e-3)
         (BEAM, SNAP, {"damping": (0.1, 2.0)}, OptionError, "begins at 10, outside"),
         (BEAM, SNAP, "offset", OptionError, "nothing was measured in time"),
         (BEAM, SNAP, "preset.left", OptionError, "the drive moves it"),
+        (BEAM, SNAP, ("lift", "preset.lift"), OptionError, "'lift' and 'preset.lift' are the same"),
         (BEAM, 1.3, "damping", OptionError, "a Measured is needed"),
         ([BEAM, BEAM], SNAP, "damping", OptionError, "one for each scene"),
         ([BEAM, replace(BEAM, damping=1.0)], [SNAP, SNAP], "damping", OptionError, "same in all"),

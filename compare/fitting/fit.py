@@ -101,9 +101,9 @@ def fit(
         `snap_time`, and rests before it begins.
     measured: see `ribbonfem.measured.Measured`.
     vary: names of numbers of `Scene` ("damping", "compression", "shear", "rate", ...) and `Ribbon` ("young"
-        or "ribbon.young", ...), "preset.NAME" of a control that does not move, "offset" (s), by which the
-        clock of `time` is ahead of the scene's; or a mapping of names to bounds (low, high), None for the
-        field's own.  An offset begins in the middle of its bounds.
+        or "ribbon.young", ...), a control that does not move and is preset ("lift", "right", ...), "offset"
+        (s), by which the clock of `time` is ahead of the scene's; or a mapping of names to bounds (low, high)
+        or None, which stands for the field's own.  An offset begins in the middle of its bounds.
     model: the module or its name; by default the elastica of planar scenes, else the Kirchhoff rod, both
         with stretch.
     difference: of derivatives, a part of each parameter.

@@ -109,7 +109,7 @@ def _place(parameter: Parameter) -> tuple[str, str | int]:
 
 def names_of(scene: Scene) -> tuple[str, ...]:
     """The names that can be varied of a scene."""
-    presets = (f"preset.{name}" for name in CONTROLS if name not in scene.drives.moved)
+    presets = (name for name in CONTROLS if name not in (*_SCENE, *scene.drives.moved))
     return (*_SCENE, *_RIBBON, *presets, "offset")
 
 
@@ -126,7 +126,7 @@ def _named(scenes: Sequence[Scene], name: object, clocks: Sequence[int]) -> list
     for group, fields in (("scene", _SCENE), ("ribbon", _RIBBON)):
         if key in fields and owner in ("", group):
             return [_field(scenes, str(name), group, key, fields[key])]
-    if owner == "preset" and key in CONTROLS:
+    if owner in ("", "preset") and key in CONTROLS:
         if any(key in scene.drives.moved for scene in scenes):
             refuse("vary", name, "the drive moves it: where it stands is no preset")
         value = _shared(scenes, str(name), [scene.preset.get(key, 0.0) for scene in scenes])
