@@ -705,6 +705,11 @@ def test_a_fit_from_the_command_line(tmp_path, capsys):
     again = compare.fit(BEAM, Measured(time=TIMES, height=noisy, uncertainty=1e-3), vary=("damping", "young"))
     assert told["values"] == pytest.approx(again.values, rel=1e-3)
     assert (tmp_path / "out" / "fit-height.png").exists()
+    # named, it is the same
+    assert main([*words, "--vary", "damping,young", "--uncertainty", "height:1"]) == 0
+    assert json.loads(capsys.readouterr().out)["uncertainty"] == told["uncertainty"]
+    assert main([*words, "--uncertainty", "height:1,slope"]) == 1
+    assert "NAME:NUMBER" in capsys.readouterr().err
     # what cannot be told is no success
     assert main([*words, "--vary", "damping,young,density"]) == 3
     told = json.loads(capsys.readouterr().out)

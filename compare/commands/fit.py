@@ -11,6 +11,7 @@ from compare.fitting.result import Fit
 from compare.report.section import Drawing, Table
 from compare.sweep import Progress, Sweep
 from ribbonfem.measured import Measured
+from ribbonfem.options import number, refuse
 from ribbonfem.output.scene_file import read_scene
 from ribbonfem.output.style import figure
 
@@ -25,7 +26,7 @@ def main(
     *,
     data: str,
     vary: tuple[str, ...] = ("damping",),
-    uncertainty: float | None = None,
+    uncertainty: tuple[str, ...] = (),
     sweep: Sweep | None = None,
 ) -> Fit:
     """Fit numbers of the scene in a TOML file to the rows of a file, --data.
@@ -33,12 +34,30 @@ def main(
     Its columns are headed as quantities, with their units: "time (ms)", "height (mm)", "force_right_x (N)";
     of states at rest "control (rad)" in place of the time. --vary are fields of Scene and Ribbon, which begin
     with the scene's values, and "offset", of the clock. --uncertainty is a standard deviation, in the unit of
-    the quantity, where one is measured; it is estimated if it is left out.
+    the quantity, where one is measured; of several height:0.2,slope:0.01; what is left out is estimated.
     """
-    measured, stated = Measured.from_csv(data, uncertainty=uncertainty), read_scene(scene)
+    measured, stated = Measured.from_csv(data, uncertainty=_deviations(uncertainty)), read_scene(scene)
     progress = sweep.progress if sweep else Progress()
     (result,) = (fit(stated, measured, vary=vary) for _ in progress("fit", [stated]))
     return result
+
+
+def _deviations(given: tuple[str, ...]) -> Any:
+    """A number, or a mapping of names to numbers or columns, as `Measured.from_csv` takes it."""
+
+    def value(text: str) -> float | str:
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    if len(given) == 1 and ":" not in given[0]:
+        return number("uncertainty", value(given[0]))
+    pairs = [part.partition(":") for part in given]
+    for name, colon, text in pairs:
+        if not (name and colon and text):
+            refuse("uncertainty", ",".join(given), "one number, or NAME:NUMBER,NAME:NUMBER")
+    return {name: value(text) for name, _, text in pairs} or None
 
 
 def tables(result: Fit) -> Iterator[Table]:
