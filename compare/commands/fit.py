@@ -36,6 +36,8 @@ def main(
     with the scene's values, and "offset", of the clock. --uncertainty is a standard deviation, in the unit of
     the quantity, where one is measured; of several height:0.2,slope:0.01; what is left out is estimated.
     """
+    if not Path(data).is_file():
+        refuse("data", data, "there is no such file")
     measured, stated = Measured.from_csv(data, uncertainty=_deviations(uncertainty)), read_scene(scene)
     progress = sweep.progress if sweep else Progress()
     (result,) = (fit(stated, measured, vary=vary) for _ in progress("fit", [stated]))
