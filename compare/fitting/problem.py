@@ -134,7 +134,6 @@ class Problem:
         """
         parameter, value = self.parameters[j], float(self.values(y)[j])
         size = parameter.size(value)
-        here = self.residual(y)
         ends, sides = [], []
         for way in (part, -part):
             by_factors = parameter.one_sign and abs(value) == size
@@ -144,7 +143,7 @@ class Problem:
             inside = parameter.low <= there <= parameter.high
             changed = self.attempt(moved) if inside else np.array([np.inf])
             known = bool(np.isfinite(changed).all())
-            ends.append(changed if known else here)
+            ends.append(changed if known else self.residual(y))
             sides.append(way if known else 0.0)
         if sides[0] == sides[1]:
             raise SolverError(
@@ -222,15 +221,15 @@ class Problem:
         def at(u: Array) -> Array:
             return np.clip(u + back, low, high)
 
-        found = least_squares(
+        result = least_squares(
             lambda u: self.attempt(at(u)),
             np.ones(len(y)),
             lambda u: self.jacobian(at(u)),
             bounds=(low - back, high - back),
             **options,
         )
-        found.x = at(found.x)
-        return found
+        result.x = at(result.x)
+        return result
 
 
 def masks_of(measured: Measured) -> dict[str, Any]:
