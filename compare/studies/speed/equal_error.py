@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from compare.limits import edge_ratio, limit_of, two_point
@@ -89,14 +89,7 @@ RODS = Runs(
 )
 _BEAM_TOLERANCES = _down(2.8e-3, 2.0**0.5, 27)
 PLANAR = (
-    Runs(
-        "elements",
-        "kirchhoff",
-        _of_elements(4, 6, 8, 10),
-        METHODS[:1],
-        _BEAM_TOLERANCES,
-        {"elements": 16, **_LIMIT},
-    ),
+    replace(ELEMENTS, tolerances=_BEAM_TOLERANCES, limit={"elements": 16, **_LIMIT}),
     Runs("elastica", "elastica", _of_elements(4, 5, 6, 8, 10), METHODS[:1], _BEAM_TOLERANCES),
     Runs(
         "quasi-linear",
