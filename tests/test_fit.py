@@ -15,12 +15,12 @@ from scipy.stats import chi2
 import compare
 import der
 from compare.__main__ import main
-from compare.diagrams.axes import scene_at
 from compare.fitting.problem import Problem
 from compare.limits import edge_ratio, two_point
 from ribbonfem import Ribbon, Scene, SceneError, Schedule, SolverError, elastica, kirchhoff
 from ribbonfem.measured import Measured
 from ribbonfem.options import OptionError
+from ribbonfem.scene_numbers import with_numbers
 
 NONE = (0.0, 0.0, 0.0)
 BEAM = Scene(compression=0.4, shear=0.0, start="U+", rate=1.0, stop=1.5, damping=10.0, gravity=NONE)
@@ -483,7 +483,7 @@ def test_trials_warn_of_nothing():
         scene = replace(BEAM, gravity=None)
         fit = compare.fit(scene, Measured(snap=1.31, uncertainty=1e-2), vary="young")
         assert fit.runs > 5
-        scene_at(scene, {"thickness": 0.012})
+        with_numbers(scene, {"thickness": 0.012})
     assert not told
 
 

@@ -9,11 +9,12 @@ import pytest
 import compare
 from compare.diagrams import setup as runs
 from compare.diagrams import show
-from compare.diagrams.axes import Axis, axes_of, axis_of, label, scene_at
+from compare.diagrams.axes import Axis, axes_of, axis_of, label
 from compare.diagrams.boundaries import Line, search
 from compare.sweep import Sweep
 from ribbonfem import Scene, SceneError, SolverError, kirchhoff
 from ribbonfem.options import OptionError
+from ribbonfem.scene_numbers import with_numbers
 
 RAMP = Scene(compression=0.40, shear=0.40, start="U+S+", rate=0.5, damping=10.0)
 ASKED = {"model": "kirchhoff", "extensible": True, "elements": 8}
@@ -156,11 +157,11 @@ def test_where_the_stop_varies_it_is_asked_in_which_shape_a_ramp_ends(tmp_path):
 def test_a_preset_varies_too():
     axes = axes_of(RAMP, {"right": (-0.02, 0.02, 3), "compression": (0.38, 0.40, 2)})
     assert np.allclose(axes[0].values, [-0.02, 0.0, 0.02])
-    assert scene_at(RAMP, {"right": 0.01, "compression": 0.39}) == replace(
+    assert with_numbers(RAMP, {"right": 0.01, "compression": 0.39}) == replace(
         RAMP, preset={"right": 0.01}, compression=0.39
     )
     ribbon = replace(RAMP.ribbon, young=2e8)
-    assert scene_at(RAMP, {"young": 2e8, "rate": 0.2}) == replace(RAMP, ribbon=ribbon, rate=0.2)
+    assert with_numbers(RAMP, {"young": 2e8, "rate": 0.2}) == replace(RAMP, ribbon=ribbon, rate=0.2)
     assert label("right", RAMP) == "right (rad)"
     assert label("young", RAMP) == "Young's modulus (Pa)"
 

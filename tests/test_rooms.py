@@ -20,6 +20,7 @@ PROBLEM = {
         "ribbon",
         "scene",
         "scene_checks",
+        "scene_numbers",
         "control_in_time",
         "state_names",
         "results",

@@ -1,19 +1,19 @@
-"""Axes of a diagram: a number of the scene that varies, the cells along it, and the scene at a point."""
+"""Axes of a diagram: a number of the scene that varies, and the cells along it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
 from ribbonfem import Scene
-from ribbonfem.drive import CONTROLS, TURNS, TWISTS
+from ribbonfem.drive import NAMED
 from ribbonfem.options import OptionError, choice, number, positive, whole_number
 from ribbonfem.results import Array
-from ribbonfem.ribbon import silently
+from ribbonfem.scene_numbers import presets_of, with_numbers
 
 # numbers of a scene and of its ribbon, and what each is drawn as
 OF_SCENE = {
@@ -41,9 +41,6 @@ _UNITS = {
     "density": "kg/m3",
     "curvature": "1/m",
     "twist": "rad/m",
-    **dict.fromkeys((*TURNS, *TWISTS), "rad"),
-    "lift": "L",
-    "force": "EI2/L^2",
 }
 # what is as long from 1 to 2 as from 2 to 4
 _LOGARITHMIC = ("rate", "damping", *list(OF_RIBBON)[:7])
@@ -142,8 +139,7 @@ def axis_of(name: str, given: object, called: str) -> Axis:
 
 def numbers_of(scene: Scene) -> tuple[str, ...]:
     """The names of the numbers that may vary in a scene."""
-    presets = [name for name in CONTROLS if name not in (*scene.drives.moved, *OF_SCENE)]
-    return (*OF_SCENE, *OF_RIBBON, *presets)
+    return (*OF_SCENE, *OF_RIBBON, *presets_of(scene))
 
 
 def axes_of(scene: Scene, over: object) -> tuple[Axis, Axis]:
@@ -166,29 +162,15 @@ def axes_of(scene: Scene, over: object) -> tuple[Axis, Axis]:
     across, up = (axis_of(name, given, f"over[{name!r}]") for name, given in over.items())
     for x in across.values[[0, -1]]:
         for y in up.values[[0, -1]]:
-            scene_at(scene, {across.name: float(x), up.name: float(y)})
+            with_numbers(scene, {across.name: float(x), up.name: float(y)})
     return across, up
-
-
-def scene_at(scene: Scene, numbers: Mapping[str, float]) -> Scene:
-    """The scene with some of its numbers changed, by name."""
-    own = {name: value for name, value in numbers.items() if name in OF_SCENE}
-    ribbon = {name: value for name, value in numbers.items() if name in OF_RIBBON}
-    preset = {name: value for name, value in numbers.items() if name not in (*own, *ribbon)}
-    changes: dict[str, Any] = dict(own)
-    if preset:
-        changes["preset"] = {**scene.preset, **preset}
-    with silently():
-        if ribbon:
-            changes["ribbon"] = replace(scene.ribbon, **cast(Any, ribbon))
-        return replace(scene, **changes)
 
 
 def unit_of(name: str, scene: Scene) -> str:
     """The unit of a number of a scene; empty of one that has none."""
     if name in ("rate", "stop"):
         return f"{scene.drives.unit or '1'}/s" if name == "rate" else scene.drives.unit
-    return _UNITS.get(name, "")
+    return NAMED[name].unit if name in presets_of(scene) else _UNITS.get(name, "")
 
 
 def label(name: str, scene: Scene) -> str:

@@ -24,8 +24,8 @@ from ribbonfem.model_info import defaults
 from ribbonfem.options import OptionError
 from ribbonfem.outcomes import classify
 from ribbonfem.results import MESH
+from ribbonfem.scene_numbers import with_numbers
 
-from .axes import scene_at
 from .states import State, apart, folds_met, is_plain, name_of, stable_states, two_folds
 
 SKIPPING = ("no skip", "type 1", "type 2", "first only", "none")
@@ -188,7 +188,7 @@ def _shape(history: History, base: Setup) -> str:
 def run_of(base: Setup, x: float, y: float) -> Sample:
     """The run at two values of what varies: a sample, failed runs included."""
     try:
-        base = replace(base, scene=scene_at(base.scene, dict(zip(base.over, (x, y), strict=True))))
+        base = replace(base, scene=with_numbers(base.scene, dict(zip(base.over, (x, y), strict=True))))
         if base.over != RATE_AND_DAMPING:
             base = _found(base)
         outcome, snaps, reason = _run(base)

@@ -15,8 +15,9 @@ from ribbonfem import Scene, SceneError, SolverError
 from ribbonfem.frozen import Value
 from ribbonfem.options import OptionError, choice, positive, whole_number
 from ribbonfem.scene import RIBBON_STATES
+from ribbonfem.scene_numbers import with_numbers
 
-from .axes import numbers_of, scene_at
+from .axes import numbers_of
 from .boundaries import Line, search
 from .setup import SKIPPING, mesh_of, require_runs, run_of, setup
 from .states import two_folds
@@ -111,7 +112,7 @@ class Trial:
 
 def outcome_of(trial: Trial) -> str:
     """The outcome of a trial; empty if it failed."""
-    scene = scene_at(trial.scene, {trial.vary: trial.value})
+    scene = with_numbers(trial.scene, {trial.vary: trial.value})
     if not trial.selection:
         scene = replace(scene, stop=None, hold=0.0)
     try:

@@ -11,8 +11,8 @@ from typing import Any
 from ribbonfem import Scene
 from ribbonfem.drive import CONTROLS
 from ribbonfem.options import interval, refuse
-from ribbonfem.ribbon import silently
 from ribbonfem.scene import shown
+from ribbonfem.scene_numbers import presets_of, with_numbers
 
 INF = math.inf
 # what the fields allow: ends are left out where a field must not be there, as a fit never quite reaches them
@@ -109,8 +109,7 @@ def _place(parameter: Parameter) -> tuple[str, str | int]:
 
 def names_of(scene: Scene) -> tuple[str, ...]:
     """The names that can be varied of a scene."""
-    presets = (name for name in CONTROLS if name not in (*_SCENE, *scene.drives.moved))
-    return (*_SCENE, *_RIBBON, *presets, "offset")
+    return (*_SCENE, *_RIBBON, *presets_of(scene), "offset")
 
 
 def _named(scenes: Sequence[Scene], name: object, clocks: Sequence[int]) -> list[Parameter]:
@@ -192,17 +191,8 @@ def applied(scene: Scene, parameters: Sequence[Parameter], values: Sequence[floa
     SceneError
         For values that cannot be.
     """
-    changed: dict[str, dict[str, Any]] = {"scene": {}, "ribbon": {}, "preset": {}}
-    for parameter, value in zip(parameters, values, strict=True):
-        if parameter.owner != "offset":
-            changed[parameter.owner][str(parameter.key)] = float(value)
-    fields = changed["scene"]
-    if changed["preset"]:
-        fields["preset"] = {**scene.preset, **changed["preset"]}
-    with silently():
-        if changed["ribbon"]:
-            fields["ribbon"] = replace(scene.ribbon, **changed["ribbon"])
-        return replace(scene, **fields) if fields else scene
+    pairs = zip(parameters, values, strict=True)
+    return with_numbers(scene, {f"{p.owner}.{p.key}": value for p, value in pairs if p.owner != "offset"})
 
 
 def offset_of(parameters: Sequence[Parameter], values: Sequence[float], record: int) -> float:
