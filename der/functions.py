@@ -93,17 +93,13 @@ def fold_curve(
 
     Parameters
     ----------
-    scene: what is at rest, and the first parameter: its control.
-    over: "compression" or "shear" of the scene, or another control that the drive does not move ("both" and
-        "opposed" are two): where it stands, as a preset has it.
-    span: from where to where it is followed, the scene's own value among it.
-    which: the number of the fold in `folds`, from 0.
+    scene, over, span, which: as in `kirchhoff.fold_curve`.
     nodes, clamp, steps: as in `folds`.
 
     Raises
     ------
     SceneError, OptionError, SolverError
-        As in `folds`; for a parameter, a span or a number that cannot be.
+        As in `kirchhoff.fold_curve`.
     """
     parameter = SecondParameter.of(scene, over, span)
     rod, events = Rod(scene, nodes, clamp), met_folds(scene, nodes, clamp, steps)

@@ -133,17 +133,14 @@ def fold_curve(
 
     Parameters
     ----------
-    scene: what is at rest, and the first parameter: its control.
-    over: "compression" of the scene, or another control of the plane that the drive does not move ("both" and
-        "opposed" are two): where it stands, as a preset has it.
-    span: from where to where it is followed, the scene's own value among it.
-    which: the number of the fold in `folds`, from 0.
+    scene, span, which: as in `kirchhoff.fold_curve`.
+    over: as in `kirchhoff.fold_curve`, of the plane: no "shear".
     elements, degree, steps: as in `folds`.
 
     Raises
     ------
     SceneError, OptionError, SolverError
-        As in `folds`; for a parameter, a span or a number that cannot be.
+        As in `kirchhoff.fold_curve`.
     """
     parameter = SecondParameter.of(scene, over, span, planar=True)
     problem, start = named(scene, elements, degree)
