@@ -60,5 +60,5 @@ def of(rod: Rod, given: object) -> tuple[RodState, float]:
 
 def rest_of(rod: Rod, start: RodState, initial: RestState | History) -> dict[str, Array]:
     """`History.rest` of a motion that begins with `initial`, there in `start`."""
-    found = followed(Statics(rod), start, rod.scene, initial)
-    return {} if found is None else {"x": found.x, "m1": found.m1, "twist": found.twist}
+    result = followed(Statics(rod), start, rod.scene, initial)
+    return {} if result is None else {"x": result.x, "m1": result.m1, "twist": result.twist}

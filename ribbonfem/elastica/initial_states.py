@@ -71,8 +71,8 @@ def rest_of(
     # of a motion the force varies along the beam
     state = _State(phi, np.zeros(2), scene.begin)
     force = (rows[:, FORCE:].reshape(-1, P, 2) - problem.force(state)).mean(axis=(0, 1))
-    found = followed(problem, _State(phi, force, scene.begin), scene, initial)
-    return {} if found is None else {"phi": found.phi, "force": found.force}
+    result = followed(problem, _State(phi, force, scene.begin), scene, initial)
+    return {} if result is None else {"phi": result.phi, "force": result.force}
 
 
 def _at_rest(problem: Statics, scene: Scene, state: RestState) -> Array:

@@ -63,5 +63,5 @@ def resumed(problem: Statics, scene: Scene, initial: object) -> dict[str, Array]
 def rest_of(problem: Statics, begin: dict[str, Array], scene: Scene, initial: History) -> dict[str, Array]:
     """`History.rest` of a motion that begins with `initial`, there as in `resumed`."""
     z = np.concatenate((begin["z"], begin["ends"][0]))
-    found = followed(problem, _State(z, float(begin["load"][0]), scene.begin), scene, initial)
-    return {} if found is None else {"z": found.z, "load": np.array(found.load)}
+    result = followed(problem, _State(z, float(begin["load"][0]), scene.begin), scene, initial)
+    return {} if result is None else {"z": result.z, "load": np.array(result.load)}
