@@ -20,7 +20,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, greatest, larger, load, spread, store, summed
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.allowed_error import allowed_error
+from ribbonfem.stepping.kernels.allowed_error import USUAL, allowed_error
 from ribbonfem.stepping.kernels.arrays import GAINED, TIME
 from ribbonfem.stepping.kernels.guess import KNOWN, MEMORY, POINTS
 
@@ -247,6 +247,6 @@ def error_by_means(y: Motion, t: Scratch, clock: Array, h: float) -> float:
             early = (rate - (b - load(t.past, (third, group, row))) * (1.0 / h3)) * (1.0 / (h2 + h3))
             change = late - early
             largest = larger(largest, change * change)
-    error = 0.5 * h * h * h * math.sqrt(greatest(largest)) / ((h1 + h2 + h3) * allowed_error(speed))
+    error = 0.5 * h * h * h * math.sqrt(greatest(largest)) / ((h1 + h2 + h3) * allowed_error(speed, USUAL))
     easy = abs(h1 - span * h) < 1e-2 * h1 and t.out[OUT_NEWTON] <= EASY
     return error if easy else -error

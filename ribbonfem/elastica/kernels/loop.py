@@ -13,7 +13,7 @@ from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import greatest, larger, load, spread, store
 from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.allowed_error import allowed_error
+from ribbonfem.stepping.kernels.allowed_error import PLANAR, USUAL, allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     MEAN,
@@ -295,7 +295,8 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 for j in range(m.stages):
                     change += m.error[j] * load(t.stage_v, (j, group, row))
             largest, fastest = larger(largest, change * change), larger(fastest, v * v)
-    return h * math.sqrt(greatest(largest)) / allowed_error(math.sqrt(greatest(fastest)))
+    allowed = allowed_error(math.sqrt(greatest(fastest)), PLANAR if m.kind == DIRK else USUAL)
+    return h * math.sqrt(greatest(largest)) / allowed
 
 
 @compiled(**OPTIONS)

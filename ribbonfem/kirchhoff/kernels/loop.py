@@ -14,7 +14,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.simd import lane, larger, load, spread, store
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.allowed_error import allowed_error
+from ribbonfem.stepping.kernels.allowed_error import USUAL, allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     GAINED,
@@ -209,14 +209,14 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     # (of positions, not of theta)
     error = max(lane(largest, 0), lane(largest, 1), lane(largest, 2))
     speed = max(lane(fastest, 0), lane(fastest, 1), lane(fastest, 2))
-    return h * math.sqrt(error) / allowed_error(math.sqrt(speed))
+    return h * math.sqrt(error) / allowed_error(math.sqrt(speed), USUAL)
 
 
 @compiled(**OPTIONS)
 def _mean_error(model: Moving, m: Scheme, h: float) -> float:
     """The same of a step by means."""
     error, speed = error_by_means(model.motion, model.scratch, model.motion.clock, h)
-    return error / allowed_error(speed)
+    return error / allowed_error(speed, USUAL)
 
 
 @compiled(**OPTIONS)

@@ -7,7 +7,7 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.allowed_error import allowed_error
+from ribbonfem.stepping.kernels.allowed_error import PLANAR, USUAL, allowed_error
 from ribbonfem.stepping.kernels.arrays import (
     DIRK,
     HEIGHT,
@@ -158,7 +158,7 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
                 change += m.error[j] * t.stage_v[j, k]
         error = max(error, beam.height[k] * abs(change))
         speed = max(speed, beam.height[k] * abs(t.v[k]))
-    return h * error / allowed_error(beam.scale * speed)
+    return h * error / allowed_error(beam.scale * speed, PLANAR if m.kind == DIRK else USUAL)
 
 
 @compiled(**OPTIONS)
