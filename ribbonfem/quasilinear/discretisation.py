@@ -31,12 +31,14 @@ def _constants(elements: int, degree: int) -> dict[str, Any]:
         for whole in (mesh.stiffness, mesh.tension, mesh.mass)
     )
     mass.band[mesh.width, n:] = 1.0
+    height = beam.padded(mesh.height[:n], n)
     return {
         "stiffness": stiffness,
         "tension": tension,
         "mass": mass,
         "middle": beam.padded(mesh.middle[0], n),
-        "height": beam.padded(mesh.height[:n], n),
+        "height": height,
+        "even": mesh.even if mesh.even < n else len(height),
     }
 
 

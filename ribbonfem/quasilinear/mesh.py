@@ -37,6 +37,7 @@ class Mesh:
     Attributes
     ----------
     stiffness, tension, mass: of int Z''^2, int Z'^2 and int Z^2; their `width` is that of the free dofs.
+    even: free dofs of even shape, which meet none of the odd ones behind them; of several elements all.
     weight: (n + 4,) integrals of the shape functions.
     height: (n + 4,) their largest values.
     nodes: (nodes,) s/L where shapes are handed out; value, bend: Z and Z'' there.
@@ -49,6 +50,7 @@ class Mesh:
     tension: Array
     mass: Array
     width: int
+    even: int
     weight: Array
     height: Array
     nodes: Array
@@ -112,11 +114,13 @@ def mesh_of(elements: int, degree: int) -> Mesh:
     """The uniform mesh of so many elements of a degree, from scikit-fem; kept."""
     basis = hermite_basis(elements, degree)
     along: list[int] = []
+    even = basis.N - ENDS
     for e in range(elements):
         along += [*basis.nodal_dofs[:, e], *(basis.interior_dofs[:, e] if degree > 3 else ())]
     if elements == 1:
         # even and odd bubbles do not know each other: one after the other the band is half as wide
         along = [*along[:2], *along[2::2], *along[3::2]]
+        even = len(along[2::2])
     last = list(basis.nodal_dofs[:, elements])
     order = np.array([*along[2:], *along[:2], *last])
 
@@ -153,6 +157,7 @@ def mesh_of(elements: int, degree: int) -> Mesh:
         tension=tension,
         mass=mass,
         width=width,
+        even=even,
         weight=np.asarray(LinearForm(lambda v, w: v).assemble(basis))[order],
         height=np.abs(fine).max(axis=0),
         nodes=nodes,

@@ -45,19 +45,21 @@ def add_product(band: Array, factor: float, wide: Array, y: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def invert(a: Array) -> None:
-    """Overwrite a matrix (N, N) by its inverse."""
+def invert(a: Array, even: int) -> None:
+    """Overwrite a matrix (N, N) by its inverse; its first `even` places and the others do not meet."""
     n = a.shape[0]
     for p in range(n):
+        first, last = (0, even) if p < even else (even, n)
+        begin = first - first % WIDTH
         inverse = 1.0 / a[p, p]
         a[p, p] = 1.0
-        for k in range(0, n, WIDTH):
+        for k in range(begin, last, WIDTH):
             store_from(a, (p, k), inverse * load_from(a, (p, k)))
-        for i in range(n):
+        for i in range(first, last):
             if i != p:
                 share = a[i, p]
                 a[i, p] = 0.0
-                for k in range(0, n, WIDTH):
+                for k in range(begin, last, WIDTH):
                     store_from(a, (i, k), load_from(a, (i, k)) - share * load_from(a, (p, k)))
 
 
@@ -94,8 +96,10 @@ def _substitute(lower: Array, pivots: Array, x: Array, y: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def solve_both(factors: Array, pivots: Array, x: Array, y: Array, to_x: Array, to_y: Array) -> None:
-    """Solutions of x and of y: with the inverse (N, N), where there are no pivots, or with the factors."""
+def solve_both(
+    factors: Array, pivots: Array, even: int, x: Array, y: Array, to_x: Array, to_y: Array
+) -> None:
+    """Solutions of x and of y: with the inverse of `invert` if there are no pivots, or with the factors."""
     n = x.shape[0]
     if pivots.shape[0] > 0:
         for i in range(n):
@@ -105,7 +109,9 @@ def solve_both(factors: Array, pivots: Array, x: Array, y: Array, to_x: Array, t
     for i in range(0, n, WIDTH):
         # (two sums each: one addition need not wait for another)
         first, second, third, fourth = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
-        for j in range(0, n, 2):
+        begin = 0 if i < even else even - even % 2
+        end = n if i + WIDTH > even else even + even % 2
+        for j in range(begin, end, 2):
             one, other = load_from(factors, (j, i)), load_from(factors, (j + 1, i))
             first += x[j] * one
             second += y[j] * one

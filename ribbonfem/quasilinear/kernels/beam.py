@@ -42,7 +42,7 @@ class Beam(NamedTuple):
     middle (N + 4,) makes Z at midspan of z and e; height (N,) is the largest value of each shape function;
     weight and bent (N + 4,) are the loads of the weight along z and of the natural curvature, over
     (dL/L)^(1/2), which is `scale`; own, the energy of that curvature in the straight beam, over dL/L;
-    retardation in t*.
+    retardation in t*; even, places of dofs of even shape, which meet none of the odd ones behind them, or N.
     """
 
     stiffness: Matrix
@@ -55,6 +55,7 @@ class Beam(NamedTuple):
     own: float
     scale: float
     retardation: float
+    even: int
 
 
 @by_reference

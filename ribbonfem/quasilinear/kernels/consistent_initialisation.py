@@ -17,9 +17,9 @@ from .stage import add_ends, at_end, factorise_sum, put_loads, shortening, squar
 
 
 @compiled(**OPTIONS)
-def _bordered(t: Scratch, last: float) -> float:
+def _bordered(beam: Beam, t: Scratch, last: float) -> float:
     """Solve M x - row y = t.rest, row x = last with the factors; x in t.rest, y returned."""
-    solve_both(t.factors, t.pivots, t.rest, t.row, t.product, t.column)
+    solve_both(t.factors, t.pivots, beam.even, t.rest, t.row, t.product, t.column)
     y = (last - dot(t.row, t.product)) / dot(t.row, t.column)
     for i in range(t.rest.shape[0]):
         t.rest[i] = t.product[i] + y * t.column[i]
@@ -47,7 +47,7 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     for i in range(n):
         t.rest[i] = 0.0
     add_ends(beam.mass, -1.0, jumps, t.rest)
-    pulse = _bordered(t, off)
+    pulse = _bordered(beam, t, off)
     impulse = pulse * ends.moved[COMPRESSION] / (beam.scale * beam.scale)
     for c in range(1, ENDS):
         by = -ends.moved[LEFT] if c == 1 else ends.moved[LIFT] if c == 2 else ends.moved[RIGHT]
@@ -69,7 +69,7 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     off = shortening(beam, t.controls, 2) - speed
     for c in range(ENDS):
         off -= at_end(beam.tension, c, m.z, t.ends[0]) * t.ends[2, c]
-    m.load[0] = _bordered(t, off)
+    m.load[0] = _bordered(beam, t, off)
     copy(t.rest, m.a)
     copy(t.rest, m.auxiliary)
     copy(t.ends, m.ends)

@@ -143,7 +143,7 @@ def factorise_sum(beam: Beam, t: Scratch, of_k: float, of_g: float, of_m: float)
     if t.pivots.shape[0] > 0:
         factor(t.factors, t.pivots)
     else:
-        invert(t.factors)
+        invert(t.factors, beam.even)
 
 
 @compiled(**OPTIONS)
@@ -157,7 +157,7 @@ def factorise(model: Moving, sigma: float) -> None:
 def solve(model: Moving, sigma: float) -> float:
     """Increments of z and of the load in t.rest and t.change; the largest of a height."""
     t, height = model.scratch, model.beam.height
-    solve_both(t.factors, t.pivots, t.rest, t.row, t.product, t.column)
+    solve_both(t.factors, t.pivots, model.beam.even, t.rest, t.row, t.product, t.column)
     # A dz - row dload = -rest, row dz = -change
     more = (dot(t.row, t.product) - t.change[0]) / dot(t.row, t.column)
     largest = spread(0.0)
