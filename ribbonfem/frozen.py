@@ -53,7 +53,7 @@ def freeze(value: Any) -> Any:
         while isinstance(owner, np.ndarray):
             owner.flags.writeable = False
             owner = owner.base
-    elif isinstance(value, Mapping):
+    elif type(value) is dict or isinstance(value, Mapping):
         return Frozen({name: freeze(item) for name, item in value.items()})
     elif type(value) in (list, tuple):
         return tuple(freeze(item) for item in value)

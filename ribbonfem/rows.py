@@ -152,8 +152,9 @@ class Rows:
         """
         rows = self._rows.taken()
         rows[0][:, self._columns.time] -= began
-        for column, unit in units.items():
-            rows[0][:, column] *= unit
+        by = np.ones(rows[0].shape[1])
+        by[list(units)] = list(units.values())
+        rows[0] *= by
         if self._taken:
             first = self._columns.kinetic
             energies = rows[0][[0, -1], first : first + 5] @ (1.0, 1.0, 1.0, 1.0, -1.0)
