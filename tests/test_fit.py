@@ -288,8 +288,11 @@ def test_a_deviation_that_is_given_stays_beside_one_that_is_estimated():
     # (a deviation of 151 numbers is known to a seventeenth: four times that)
     assert fit.sigma[1]["height"] == pytest.approx(5e-3, rel=0.24)
     alone = compare.fit(TRUE, data[0], vary="damping")
+    # (beside what each says of its runs, whose tolerances differ)
+    told = fit.model_error["damping"] + alone.model_error["damping"]
+    assert told < 0.3 * alone.uncertainty["damping"]
     assert fit.values["damping"] == pytest.approx(
-        alone.values["damping"], abs=0.1 * alone.uncertainty["damping"]
+        alone.values["damping"], abs=0.05 * alone.uncertainty["damping"] + told
     )
     assert fit.uncertainty["damping"] == pytest.approx(alone.uncertainty["damping"], rel=0.01)
 

@@ -170,7 +170,8 @@ def test_undamped_after_a_snap_energy_does_not_grow():
     total = history.energies["kinetic"] + history.energies["elastic"]
     held = total[history.angle == 1.3]
     assert len(held) > 1000
-    assert held.max() == held[0]
+    # (of a step at a kink the energy is as good as its tolerance)
+    assert held.max() < (1.0 + 1e-5) * held[0]
     # nor by much between any two instants: the local errors of 1e-4 L work against the stiff modes' forces
     assert (held[1:] - np.minimum.accumulate(held)[:-1]).max() < 1e-2 * held[0]
 
@@ -185,7 +186,8 @@ def test_undamped_long_after_a_snap(model, method):
     history = model.simulate(case, elements=elements, tolerance=1e-4, method=method)
     total = history.energies["kinetic"] + history.energies["elastic"]
     held = total[history.angle == 1.35]
-    assert held.max() == held[0]
+    # (of a step at a kink the energy is as good as its tolerance)
+    assert held.max() < (1.0 + 1e-5) * held[0]
     assert (held[1:] - np.minimum.accumulate(held)[:-1]).max() < 1e-2 * held[0]
 
 
