@@ -80,7 +80,8 @@ class Scratch(NamedTuple):
     row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; product, column:
     (N,) of use for a moment, wide and wide_inertia (w + N + w,), and jumps (4,); factors (w + 1, N + w) and
     pivots (N,), inverse, or in place of both the inverse (N, N);
-    stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements.
+    stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements; factored (2,),
+    that and the load of the factors.
     """
 
     z: Array
@@ -111,6 +112,7 @@ class Scratch(NamedTuple):
     controls: Array
     jumps: Array
     stiffening: Array
+    factored: Array
 
 
 @by_reference
@@ -170,4 +172,5 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         controls=np.zeros((CONTROLS, 3)),
         jumps=np.zeros(ENDS),
         stiffening=np.ones(1),
+        factored=np.ones(2),
     )

@@ -13,7 +13,7 @@ from ribbonfem.stepping.kernels.newton import SIGMA
 
 from .bands import add_product, dot, solve_both, widen
 from .beam import ENDS, Beam, Motion, Scratch
-from .stage import add_ends, at_end, factorise_sum, put_loads, shortening, square
+from .stage import add_ends, at_end, factorise_sum, put_loads, put_product, shortening, square
 
 
 @compiled(**OPTIONS)
@@ -36,7 +36,7 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     n = m.z.shape[0]
     m.clock[SIGMA] = 0.0
     factorise_sum(beam, t, 0.0, 0.0, 1.0)
-    square(beam.tension, m.z, t.ends[0], t)
+    put_product(beam.tension, m.z, t.ends[0], t)
     copy(t.product, t.row)
     # M (v - v0) - G Z p = 0 on the free dofs, Z^T G v = the rate of the shortening
     jumps = t.jumps

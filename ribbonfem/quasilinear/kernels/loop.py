@@ -5,6 +5,7 @@ from __future__ import annotations
 from ribbonfem.ends.planar_kernels import COMPRESSION, PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
+from ribbonfem.jit.simd import WIDTH, load_from, spread, summed
 from ribbonfem.linalg.array_ops import add, copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.allowed_error import PLANAR, USUAL, allowed_error
@@ -37,12 +38,22 @@ from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 from . import consistent_initialisation
 from .bands import dot
 from .beam import ENDS, Moving
-from .stage import add_viscous_loads, at_end, factorise, move, put_loads, residual, set_ends, solve, square
+from .stage import (
+    add_viscous_loads,
+    factorise,
+    foretell,
+    move,
+    put_loads,
+    residual,
+    set_ends,
+    solve,
+    square,
+)
 
 # an increment that leads nowhere
 LARGEST = 1e3
 
-_newton = newton_of(Equations(residual, factorise, solve, move))
+_newton = newton_of(Equations(residual, factorise, solve, move, foretell))
 
 
 @compiled(**OPTIONS)
@@ -181,12 +192,17 @@ def _accept(model: Moving, m: Scheme, h: float) -> None:
 def _held(model: Moving, c: int, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float) -> float:
     """What holds dof c of the ends, in units of the beam's own."""
     beam, n, push = model.beam, z.shape[0], model.scratch.controls[PUSH, 0] / model.beam.scale
-    held: float = at_end(beam.stiffness, c, z, ends[0]) - load * at_end(beam.tension, c, z, ends[0])
-    held += at_end(beam.mass, c, a, ends[2]) + nu * at_end(beam.mass, c, v, ends[1])
-    held += push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
-    if beam.retardation > 0.0:
-        held += beam.retardation * at_end(beam.stiffness, c, v, ends[1])
-    return held
+    k, g, m, total = beam.stiffness, beam.tension, beam.mass, spread(0.0)
+    for i in range(0, n, WIDTH):
+        rate = load_from(v, (i,))
+        bent = load_from(z, (i,)) + beam.retardation * rate
+        total += load_from(k.ends, (c, i)) * bent - load * load_from(g.ends, (c, i)) * load_from(z, (i,))
+        total += load_from(m.ends, (c, i)) * (load_from(a, (i,)) + nu * rate)
+    held: float = summed(total)
+    for e in range(ENDS):
+        held += k.corner[c, e] * (ends[0, e] + beam.retardation * ends[1, e])
+        held += m.corner[c, e] * (ends[2, e] + nu * ends[1, e]) - load * g.corner[c, e] * ends[0, e]
+    return held + push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
 
 
 @compiled(**OPTIONS)

@@ -9,11 +9,14 @@ the step and on the load alone, and a border by the constraint, G Z, which every
 
 from __future__ import annotations
 
+import math
+
 from ribbonfem.ends.planar_kernels import COMPRESSION, LEFT, LIFT, PUSH, RIGHT
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, greatest, larger, load_from, spread, store_from, summed
 from ribbonfem.results import Array
+from ribbonfem.stepping.kernels.newton import RATE, SIGMA
 
 from .bands import add_product, dot, factor, invert, solve_both, widen
 from .beam import ENDS, Beam, Matrix, Moving, Scratch
@@ -55,18 +58,33 @@ def at_end(matrix: Matrix, c: int, z: Array, e: Array) -> float:
 
 
 @compiled(**OPTIONS)
-def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
-    """(z, e) A (z, e); t.product (N,) becomes the free rows of A (z, e)."""
+def put_product(matrix: Matrix, z: Array, e: Array, t: Scratch) -> None:
+    """Put the free rows of A (z, e) in t.product."""
     for i in range(z.shape[0]):
         t.product[i] = 0.0
     widen(z, t.wide)
     add_product(matrix.band, 1.0, t.wide, t.product)
     add_ends(matrix, 1.0, e, t.product)
-    total = dot(z, t.product)
+
+
+@compiled(**OPTIONS)
+def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
+    """(z, e) A (z, e)"""
+    widen(z, t.wide)
+    total = spread(0.0)
+    for i in range(0, z.shape[0], WIDTH):
+        free, ends = spread(0.0), spread(0.0)
+        for d in range(matrix.band.shape[0]):
+            free += load_from(matrix.band, (d, i)) * load_from(t.wide, (i + d,))
+        for c in range(ENDS):
+            if e[c] != 0.0:
+                ends += e[c] * load_from(matrix.ends, (c, i))
+        total += load_from(z, (i,)) * (free + ends + ends)
+    result: float = summed(total)
     for c in range(ENDS):
-        if e[c] != 0.0:
-            total += e[c] * at_end(matrix, c, z, e)
-    return total
+        for other in range(ENDS):
+            result += e[c] * matrix.corner[c, other] * e[other]
+    return result
 
 
 @compiled(**OPTIONS)
@@ -150,6 +168,7 @@ def factorise_sum(beam: Beam, t: Scratch, of_k: float, of_g: float, of_m: float)
 def factorise(model: Moving, sigma: float) -> None:
     """Of the tangent at the stage's load."""
     t = model.scratch
+    t.factored[0], t.factored[1] = t.stiffening[0], t.load[0]
     factorise_sum(model.beam, t, t.stiffening[0], -t.load[0], sigma)
 
 
@@ -167,6 +186,25 @@ def solve(model: Moving, sigma: float) -> float:
         largest = larger(largest, load_from(height, (i,)) * larger(step, -step))
     t.change[0] = more
     return greatest(largest) + 0.0 * more
+
+
+@compiled(**INLINED)
+def foretell(model: Moving, sigma: float, made: int, clock: Array) -> float:
+    """A bound of the rate at which increments fall, in the norm of s K + sigma M, s the stiffening.
+
+    With factors of other s, sigma and load an increment d leaves what their differences make of K d, M d and
+    G d; and d G d = - int d d'' is at most (d K d)^(1/2) (d M d)^(1/2), so that G is at most
+    (s K + sigma M) / (2 (s sigma)^(1/2)).
+    """
+    t, kept = model.scratch, clock[SIGMA]
+    stiffening, load = t.factored[0], t.factored[1]
+    most = 2.0 * math.sqrt(stiffening * kept)
+    if load >= 0.5 * most:
+        return 0.0
+    changed = max(abs(t.stiffening[0] - stiffening) / stiffening, abs(sigma - kept) / kept)
+    rate = (changed + abs(t.load[0] - load) / most) / (1.0 - load / most)
+    clock[RATE] = rate
+    return min(0.9, rate)
 
 
 @compiled(**INLINED)

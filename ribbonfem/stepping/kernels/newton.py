@@ -36,6 +36,12 @@ LEAST_RATE, AGEING = 1e-3, 0.8
 SLOW = 0.015
 
 
+@compiled(inline=True)
+def foretold(model: Any, sigma: float, made: int, clock: Array) -> float:
+    """The rate of factors that were kept, from the last stage (`Equations.foretell`)."""
+    return clock[FORETOLD] if made == 0 else 0.0
+
+
 class Equations(NamedTuple):
     """What a model does for Newton, compiled functions whose first argument is the model.
 
@@ -46,6 +52,9 @@ class Equations(NamedTuple):
     factorise: Callable[..., Any]  # (model, sigma): the tangent there
     solve: Callable[..., Any]  # (model, sigma): increments from the residual; the largest in L, or not finite
     move: Callable[..., Any]  # (model): add the increments
+    # (model, sigma, made, clock): the rate at which a first increment, already added, will fall; `made`, how
+    # many factors were made for it; 0 if there is no telling
+    foretell: Callable[..., Any] = foretold
 
 
 @compiled(inline=True)
@@ -57,7 +66,7 @@ def renew(clock: Array) -> None:
 
 def newton_of(equations: Equations) -> Callable[..., int]:
     """Newton on the stages of the models that have these equations, compiled."""
-    residual, factorise, solve, move = equations
+    residual, factorise, solve, move, foretell = equations
 
     def newton(model, sigma: float, b: float, largest: float, ramp: Ramp, clock: Array) -> int:  # type: ignore[no-untyped-def]
         """Solve a stage from its guesses; return the iterations, or minus them on failure.
@@ -96,8 +105,8 @@ def newton_of(equations: Equations) -> Callable[..., int]:
             move(model)
             if before > 0.0:
                 rate = min(0.9, size / before)
-            elif made == 0 and ramp.fixed == 0.0:
-                rate = clock[FORETOLD]
+            elif ramp.fixed == 0.0:
+                rate = foretell(model, sigma, made, clock)
             left = size * rate / (1.0 - rate) if rate > 0.0 else size
             if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
                 if before > 0.0 or made > 0:
