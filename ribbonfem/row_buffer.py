@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,7 +40,7 @@ class RowBuffer:
 
     def __init__(self, *shapes: tuple[int, ...], chunk: int = 4_000_000) -> None:
         self._arrays = [np.empty((0, *shape)) for shape in shapes]
-        self._row = 8 * sum(int(np.prod(shape)) for shape in shapes)
+        self._row = 8 * sum(math.prod(shape) for shape in shapes)
         self._chunk = chunk
         self.count = 0
 

@@ -99,7 +99,7 @@ class Rows:
         self._track = None if every in (None, 1) else RowBuffer((5,), chunk=CHUNK // 10)
         # bounds of what was thinned out between a row and the one before
         self._off = np.zeros(0)
-        self._most = max(MOST // (8 * (size + sum(int(np.prod(shape)) for shape in shapes))), LEAST)
+        self._most = max(MOST // (8 * (size + sum(math.prod(shape) for shape in shapes))), LEAST)
         self._taken = 0
         self._shaped = bool(shapes)
         self._kinetic = 0.0

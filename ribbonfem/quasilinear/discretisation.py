@@ -16,6 +16,8 @@ from .kernels import beam, loop
 from .mesh import ENDS, Mesh, mesh_of
 from .problem import Statics, _State
 
+_PLACED = np.array(PLACES)
+
 
 @lru_cache(maxsize=32)
 def _constants(elements: int, degree: int) -> dict[str, Any]:
@@ -124,5 +126,5 @@ class MovingBeam:
         if self.clock[STEPS] == 0.0:
             # (of the first row, which is of no stage)
             controls = ramp.ends.fixed + ramp.ends.reached[0] * ramp.ends.moved
-            self.model.scratch.controls[:, 0] = controls[list(PLACES)]
+            self.model.scratch.controls[:, 0] = controls[_PLACED]
         return int(loop.run(self.model, self.scheme, ramp, self.clock, rows))

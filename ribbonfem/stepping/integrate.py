@@ -150,7 +150,7 @@ def integrate(
         kernels.ROW_SIZE + 1, _COLUMNS, *((nodes, 3), (nodes,), (nodes, 3))[: 3 * configurations], every=every
     )
     kept.kinks = ramp.ends.kinks
-    rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE)), nodes)
+    rows = some_steps(np.empty((ROWS, kernels.ROW_SIZE + 1)), nodes)
     began = time.perf_counter()
     beam = begin(scheme, len(rows))
     full, status, clock = "", kernels.FULL, beam.clock
@@ -159,7 +159,8 @@ def integrate(
         status = beam.run(ramp, rows)
         count = int(clock[kernels.ROWS])
         shapes = beam.shapes(count) if configurations else ()
-        kept.append(np.column_stack((rows[:count], beam.slopes(count))), *shapes)
+        rows[:count, -1] = beam.slopes(count)
+        kept.append(rows[:count], *shapes)
         full = kept.full
     seconds = time.perf_counter() - began
     return Motion(

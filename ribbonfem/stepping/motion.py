@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ribbonfem.frozen import freeze
+from ribbonfem.frozen import Frozen, freeze
 from ribbonfem.results import Array, History, RestState, SolverError, control_text
 from ribbonfem.rows import Rows, reactions_in, shapes_of
 from ribbonfem.scene import Scene
@@ -69,7 +69,7 @@ class Motion:
             control=angle,
             height=height,
             slope=whole[:, -1],
-            energies=freeze(dict(zip(ENERGIES, energies, strict=True))),
+            energies=Frozen(zip(ENERGIES, energies, strict=True)),
             configurations=shapes_of(shapes, "curvature", math.nan if self.rings else 1.0 / second),
             load=load,
             arclength=arclength,

@@ -139,34 +139,33 @@ def padded(table: Array, dofs: int) -> Array:
 def scratch(count: int, width: int, stages: int) -> Scratch:
     """Memory for so many places, a half-bandwidth and a method."""
     few = count <= FEW
-
-    def free(*shape: int) -> Array:
-        return np.zeros((*shape, count))
-
+    z, v, a, rp, vp, known, pulled, loads, row, rest, product, column = np.zeros((12, count))
+    stage_v, stage_a = np.zeros((2, stages, count))
+    wide, wide_inertia = np.zeros((2, count + 2 * width))
     return Scratch(
-        z=free(),
-        v=free(),
-        a=free(),
+        z=z,
+        v=v,
+        a=a,
         load=np.zeros(1),
         ends=np.zeros((3, ENDS)),
-        rp=free(),
-        vp=free(),
-        known=free(),
-        pulled=free(),
-        loads=free(),
-        row=free(),
-        rest=free(),
+        rp=rp,
+        vp=vp,
+        known=known,
+        pulled=pulled,
+        loads=loads,
+        row=row,
+        rest=rest,
         change=np.zeros(1),
-        product=free(),
-        column=free(),
-        wide=np.zeros(count + 2 * width),
-        wide_inertia=np.zeros(count + 2 * width),
+        product=product,
+        column=column,
+        wide=wide,
+        wide_inertia=wide_inertia,
         factors=np.zeros((count, count) if few else (width + 1, count + width)),
         pivots=np.zeros(0 if few else count),
-        stage_v=free(stages),
-        stage_a=free(stages),
+        stage_v=stage_v,
+        stage_a=stage_a,
         known_time=np.zeros(MEMORY),
-        known_a=free(MEMORY),
+        known_a=np.zeros((MEMORY, count)),
         known_load=np.zeros(MEMORY),
         lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),

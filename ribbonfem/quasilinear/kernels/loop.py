@@ -5,8 +5,8 @@ from __future__ import annotations
 from ribbonfem.ends.planar_kernels import COMPRESSION, PUSH, controls_at
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import OPTIONS
-from ribbonfem.jit.simd import WIDTH, load_from, spread, summed
-from ribbonfem.linalg.array_ops import add, copy
+from ribbonfem.jit.simd import WIDTH, greatest, larger, load_from, spread, store_from, summed
+from ribbonfem.linalg.array_ops import copy
 from ribbonfem.results import Array
 from ribbonfem.stepping.kernels.allowed_error import PLANAR, USUAL, allowed_error
 from ribbonfem.stepping.kernels.arrays import (
@@ -71,12 +71,15 @@ def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
     t = model.scratch
     known = int(clock[POINTS])
     put_weights(t.known_time, known, time, t.lagrange)
-    copy(t.rp, t.z)
+    count = min(GUESS, known)
+    for k in range(0, t.z.shape[0], WIDTH):
+        z = load_from(t.rp, (k,))
+        for j in range(count):
+            z += (b * t.lagrange[j]) * load_from(t.known_a, ((known - 1 - j) % MEMORY, k))
+        store_from(t.z, (k,), z)
     t.load[0] = 0.0
-    for j in range(min(GUESS, known)):
-        weight, slot = t.lagrange[j], (known - 1 - j) % MEMORY
-        add(t.known_a[slot], b * weight, t.z)
-        t.load[0] += weight * t.known_load[slot]
+    for j in range(count):
+        t.load[0] += t.lagrange[j] * t.known_load[(known - 1 - j) % MEMORY]
 
 
 @compiled(**OPTIONS)
@@ -96,15 +99,16 @@ def _known(model: Moving, m: Scheme, i: int, h: float, nu: float) -> tuple[float
     else:
         f = h * m.a[i, i]
         b = f * f
-        copy(y.z, t.rp)
-        copy(y.v, t.vp)
-        for j in range(i):
-            add(t.stage_v[j], h * m.a[i, j], t.rp)
-            add(t.stage_a[j], h * m.a[i, j], t.vp)
-        add(t.vp, f, t.rp)
+        for k in range(0, n, WIDTH):
+            z, v = load_from(y.z, (k,)), load_from(y.v, (k,))
+            for j in range(i):
+                z += (h * m.a[i, j]) * load_from(t.stage_v, (j, k))
+                v += (h * m.a[i, j]) * load_from(t.stage_a, (j, k))
+            store_from(t.vp, (k,), v)
+            store_from(t.rp, (k,), z + f * v)
     sigma = (1.0 + nu * f) / b
-    for k in range(n):
-        t.known[k] = sigma * t.rp[k] - nu * t.vp[k]
+    for k in range(0, n, WIDTH):
+        store_from(t.known, (k,), sigma * load_from(t.rp, (k,)) - nu * load_from(t.vp, (k,)))
     return b, f
 
 
@@ -141,14 +145,16 @@ def _stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float,
     _guess(model, clock, at, b)
     used: int = _newton(model, (1.0 + nu * f) / b, b, LARGEST, ramp, clock)
     inverse = 1.0 / b
-    for k in range(t.z.shape[0]):
-        t.a[k] = inverse * (t.z[k] - t.rp[k])
-        t.v[k] = t.vp[k] + f * t.a[k]
+    for k in range(0, t.z.shape[0], WIDTH):
+        a = inverse * (load_from(t.z, (k,)) - load_from(t.rp, (k,)))
+        v = load_from(t.vp, (k,)) + f * a
+        store_from(t.a, (k,), a)
+        store_from(t.v, (k,), v)
+        if m.kind == DIRK:
+            store_from(t.stage_a, (i, k), a)
+            store_from(t.stage_v, (i, k), v)
     if used > 0:
         _remember(model, clock, at, t.a, t.load[0])
-    if m.kind == DIRK:
-        copy(t.v, t.stage_v[i])
-        copy(t.a, t.stage_a[i])
     return used
 
 
@@ -157,19 +163,21 @@ def _error(model: Moving, m: Scheme, h: float) -> float:
     """Estimated local error of the heights, counted the more the slower the beam creeps."""
     t, y, beam = model.scratch, model.motion, model.beam
     share = (1.0 - m.alpha_f) / (1.0 - m.alpha_m)
-    error = speed = 0.0
-    for k in range(y.a.shape[0]):
+    of_a, of_old = m.alpha_f / (1.0 - m.alpha_m), m.alpha_m / (1.0 - m.alpha_m)
+    largest = fastest = spread(0.0)
+    for k in range(0, y.a.shape[0], WIDTH):
+        height, v, change = load_from(beam.height, (k,)), load_from(t.v, (k,)), spread(0.0)
         if m.kind != DIRK:
-            old = y.auxiliary[k]
-            new = share * t.a[k] + (m.alpha_f * y.a[k] - m.alpha_m * old) / (1.0 - m.alpha_m)
-            change = h * (m.error0 * old + m.error1 * new)
+            old = load_from(y.auxiliary, (k,))
+            new = share * load_from(t.a, (k,)) + of_a * load_from(y.a, (k,)) - of_old * old
+            change = (h * m.error0) * old + (h * m.error1) * new
         else:
-            change = 0.0
             for j in range(m.stages):
-                change += m.error[j] * t.stage_v[j, k]
-        error = max(error, beam.height[k] * abs(change))
-        speed = max(speed, beam.height[k] * abs(t.v[k]))
-    return h * error / allowed_error(beam.scale * speed, PLANAR if m.kind == DIRK else USUAL)
+                change += m.error[j] * load_from(t.stage_v, (j, k))
+        largest = larger(largest, height * larger(change, -change))
+        fastest = larger(fastest, height * larger(v, -v))
+    allowed = allowed_error(beam.scale * greatest(fastest), PLANAR if m.kind == DIRK else USUAL)
+    return h * greatest(largest) / allowed
 
 
 @compiled(**OPTIONS)
@@ -242,9 +250,15 @@ def _measure(model: Moving, nu: float, solved: bool) -> Measures:
         z, v, a, load, ends = t.z, t.v, t.a, t.load[0], t.ends
     n = z.shape[0]
     kinetic, lost, power = _flowing(model, z, v, a, load, ends, nu)
-    elastic = 0.5 * square(beam.stiffness, z, ends[0], t) + beam.own
-    elastic -= dot(beam.bent[:n], z) + dot(beam.bent[n:], ends[0])
-    potential = -(dot(beam.weight[:n], z) + dot(beam.weight[n:], ends[0]))
+    bent = weight = spread(0.0)
+    for k in range(0, n, WIDTH):
+        bent += load_from(beam.bent, (k,)) * load_from(z, (k,))
+        weight += load_from(beam.weight, (k,)) * load_from(z, (k,))
+    elastic = 0.5 * square(beam.stiffness, z, ends[0], t) + beam.own - summed(bent)
+    potential = -summed(weight)
+    for c in range(ENDS):
+        elastic -= beam.bent[n + c] * ends[0, c]
+        potential -= beam.weight[n + c] * ends[0, c]
     return kinetic, elastic, potential, lost, power, load
 
 

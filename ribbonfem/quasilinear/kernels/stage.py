@@ -82,8 +82,9 @@ def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
         total += load_from(z, (i,)) * (free + ends + ends)
     result: float = summed(total)
     for c in range(ENDS):
-        for other in range(ENDS):
-            result += e[c] * matrix.corner[c, other] * e[other]
+        if e[c] != 0.0:
+            for other in range(ENDS):
+                result += e[c] * matrix.corner[c, other] * e[other]
     return result
 
 
