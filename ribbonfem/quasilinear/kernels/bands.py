@@ -45,22 +45,25 @@ def add_product(band: Array, factor: float, wide: Array, y: Array) -> None:
 
 
 @compiled(**OPTIONS)
-def invert(a: Array, even: int) -> None:
-    """Overwrite a matrix (N, N) by its inverse; its first `even` places and the others do not meet."""
+def invert(a: Array, even: int, column: Array) -> None:
+    """Overwrite a matrix (N, N) by its inverse; its first `even` places and the others do not meet.
+
+    `column` (N,) is of use for a moment.
+    """
     n = a.shape[0]
     for p in range(n):
         first, last = (0, even) if p < even else (even, n)
-        begin = first - first % WIDTH
         inverse = 1.0 / a[p, p]
-        a[p, p] = 1.0
-        for k in range(begin, last, WIDTH):
-            store_from(a, (p, k), inverse * load_from(a, (p, k)))
         for i in range(first, last):
-            if i != p:
-                share = a[i, p]
-                a[i, p] = 0.0
-                for k in range(begin, last, WIDTH):
-                    store_from(a, (i, k), load_from(a, (i, k)) - share * load_from(a, (p, k)))
+            column[i] = a[i, p]
+            a[i, p] = 0.0
+        a[p, p] = 1.0
+        column[p] = 0.0
+        for k in range(first - first % WIDTH, last, WIDTH):
+            row = inverse * load_from(a, (p, k))
+            store_from(a, (p, k), row)
+            for i in range(first, last):
+                store_from(a, (i, k), load_from(a, (i, k)) - column[i] * row)
 
 
 @compiled(**OPTIONS)

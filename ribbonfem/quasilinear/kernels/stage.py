@@ -162,7 +162,7 @@ def factorise_sum(beam: Beam, t: Scratch, of_k: float, of_g: float, of_m: float)
     if t.pivots.shape[0] > 0:
         factor(t.factors, t.pivots)
     else:
-        invert(t.factors, beam.even)
+        invert(t.factors, beam.even, t.column)
 
 
 @compiled(**OPTIONS)
