@@ -16,10 +16,13 @@ from ribbonfem.jit.decorator import compiled
 from ribbonfem.jit.groups import INLINED, OPTIONS
 from ribbonfem.jit.simd import WIDTH, greatest, larger, load_from, spread, store_from, summed
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.newton import RATE, SIGMA
+from ribbonfem.stepping.kernels.newton import RATE, SIGMA, foretold
 
 from .bands import add_product, dot, factor, invert, solve_both, widen
 from .beam import ENDS, Beam, Matrix, Moving, Scratch
+
+# rate of increments by what the constraint bends over one (Z): that of three half-waves, and a third more
+CURVED = 30.0
 
 
 @compiled(**OPTIONS)
@@ -190,20 +193,20 @@ def solve(model: Moving, sigma: float) -> float:
 
 
 @compiled(**INLINED)
-def foretell(model: Moving, sigma: float, made: int, clock: Array) -> float:
+def foretell(model: Moving, sigma: float, size: float, made: int, clock: Array) -> float:
     """A bound of the rate at which increments fall, in the norm of s K + sigma M, s the stiffening.
 
     With factors of other s, sigma and load an increment d leaves what their differences make of K d, M d and
     G d; and d G d = - int d d'' is at most (d K d)^(1/2) (d M d)^(1/2), so that G is at most
-    (s K + sigma M) / (2 (s sigma)^(1/2)).
+    (s K + sigma M) / (2 (s sigma)^(1/2)).  Of the constraint d G d / 2 is left besides.
     """
     t, kept = model.scratch, clock[SIGMA]
     stiffening, load = t.factored[0], t.factored[1]
     most = 2.0 * math.sqrt(stiffening * kept)
     if load >= 0.5 * most:
-        return 0.0
+        return foretold(model, sigma, size, made, clock)
     changed = max(abs(t.stiffening[0] - stiffening) / stiffening, abs(sigma - kept) / kept)
-    rate = (changed + abs(t.load[0] - load) / most) / (1.0 - load / most)
+    rate = (changed + abs(t.load[0] - load) / most) / (1.0 - load / most) + CURVED * size
     clock[RATE] = rate
     return min(0.9, rate)
 

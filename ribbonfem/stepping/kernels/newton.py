@@ -37,7 +37,7 @@ SLOW = 0.015
 
 
 @compiled(inline=True)
-def foretold(model: Any, sigma: float, made: int, clock: Array) -> float:
+def foretold(model: Any, sigma: float, size: float, made: int, clock: Array) -> float:
     """The rate of factors that were kept, from the last stage (`Equations.foretell`)."""
     return clock[FORETOLD] if made == 0 else 0.0
 
@@ -52,8 +52,8 @@ class Equations(NamedTuple):
     factorise: Callable[..., Any]  # (model, sigma): the tangent there
     solve: Callable[..., Any]  # (model, sigma): increments from the residual; the largest in L, or not finite
     move: Callable[..., Any]  # (model): add the increments
-    # (model, sigma, made, clock): the rate at which a first increment, already added, will fall; `made`, how
-    # many factors were made for it; 0 if there is no telling
+    # (model, sigma, size, made, clock): the rate at which a first increment of this size, already added, will
+    # fall; `made`, how many factors were made for it; 0 if there is no telling
     foretell: Callable[..., Any] = foretold
 
 
@@ -106,7 +106,7 @@ def newton_of(equations: Equations) -> Callable[..., int]:
             if before > 0.0:
                 rate = min(0.9, size / before)
             elif ramp.fixed == 0.0:
-                rate = foretell(model, sigma, made, clock)
+                rate = foretell(model, sigma, size, made, clock)
             left = size * rate / (1.0 - rate) if rate > 0.0 else size
             if min(size, left) < tolerance or (made > 0 and size < ROUNDING and rate > 0.3):
                 if before > 0.0 or made > 0:
