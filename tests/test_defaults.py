@@ -19,8 +19,8 @@ FINER = {
 LEAVES = {
     der: (2e-5, 5e-5, 1e-4),
     kirchhoff: (1e-5, 6e-5, 2e-4),
-    elastica: (5e-5, 1.5e-4, 3e-4),
-    quasilinear: (3e-5, 6e-5, 1e-4),
+    elastica: (1e-5, 4e-5, 1e-4),
+    quasilinear: (1e-5, 6e-5, 1e-4),
 }
 
 

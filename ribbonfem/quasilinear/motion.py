@@ -62,8 +62,8 @@ def simulate(
         number of elements will do.
     method: as in `kirchhoff.simulate`, without "discrete-gradient".
     step, spectral_radius, every: as there.
-    tolerance: as there; 3e-5 if neither it nor a step is given, which leaves 4e-6 rad in a snap's angle in
-        the median of drawn scenes and 5e-5 at most, where the mesh leaves 3e-7 and 2e-5
+    tolerance: as in `elastica.simulate`; 3e-5 if neither it nor a step is given, which leaves 2e-6 rad in a
+        snap's angle in the median of drawn scenes and 5e-5 at most, where the mesh leaves 3e-7 and 2e-5
         (`pytest -m slow -s -n 0 tests/test_defaults.py`).
     configurations: False leaves positions and curvatures out of the result.
     until: "end", or "snap", soon after the height first changes sign.

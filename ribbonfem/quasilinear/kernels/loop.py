@@ -203,8 +203,8 @@ def _held(model: Moving, c: int, z: Array, v: Array, a: Array, load: float, ends
     k, g, m, total = beam.stiffness, beam.tension, beam.mass, spread(0.0)
     for i in range(0, n, WIDTH):
         rate = load_from(v, (i,))
-        bent = load_from(z, (i,)) + beam.retardation * rate
-        total += load_from(k.ends, (c, i)) * bent - load * load_from(g.ends, (c, i)) * load_from(z, (i,))
+        strained = load_from(z, (i,)) + beam.retardation * rate
+        total += load_from(k.ends, (c, i)) * strained - load * load_from(g.ends, (c, i)) * load_from(z, (i,))
         total += load_from(m.ends, (c, i)) * (load_from(a, (i,)) + nu * rate)
     held: float = summed(total)
     for e in range(ENDS):

@@ -199,6 +199,7 @@ def foretell(model: Moving, sigma: float, size: float, made: int, clock: Array) 
     With factors of other s, sigma and load an increment d leaves what their differences make of K d, M d and
     G d; and d G d = - int d d'' is at most (d K d)^(1/2) (d M d)^(1/2), so that G is at most
     (s K + sigma M) / (2 (s sigma)^(1/2)).  Of the constraint d G d / 2 is left besides.
+    It is kept in the clock as a rate that was measured is.
     """
     t, kept = model.scratch, clock[SIGMA]
     stiffening, load = t.factored[0], t.factored[1]
