@@ -77,9 +77,10 @@ class Scratch(NamedTuple):
 
     z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
     stands against sigma z in the inertia; pulled, G e; loads, the forces of ends and loads on the free dofs;
-    row, G Z; rest, a residual, overwritten by the increments; change (1,), that of the load; product, column:
-    (N,) of use for a moment, wide and wide_inertia (w + N + w,), and jumps (4,); factors (w + 1, N + w) and
-    pivots (N,), inverse, or in place of both the inverse (N, N);
+    fixed (1,), what the ends are in the constraint; row, G Z; rest, a residual, overwritten by the
+    increments; change (1,), that of the load; product, column: (N,) of use for a moment, wide and
+    wide_inertia (w + N + w,), and jumps (4,); factors (w + 1, N + w) and pivots (N,), inverse, or in place
+    of both the inverse (N, N);
     stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements; factored (2,),
     that and the load of the factors.
     """
@@ -94,6 +95,7 @@ class Scratch(NamedTuple):
     known: Array
     pulled: Array
     loads: Array
+    fixed: Array
     row: Array
     rest: Array
     change: Array
@@ -153,6 +155,7 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         known=known,
         pulled=pulled,
         loads=loads,
+        fixed=np.zeros(1),
         row=row,
         rest=rest,
         change=np.zeros(1),

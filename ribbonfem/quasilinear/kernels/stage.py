@@ -93,18 +93,27 @@ def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
 
 @compiled(**OPTIONS)
 def put_loads(beam: Beam, t: Scratch, nu: float) -> None:
-    """Put what the ends and loads do to the free dofs of a stage in t.pulled and t.loads."""
-    n = t.loads.shape[0]
-    push = t.controls[PUSH, 0] / beam.scale
-    for i in range(n):
-        t.loads[i] = beam.weight[i] + beam.bent[i] - push * beam.middle[i]
-        t.pulled[i] = 0.0
-    add_ends(beam.tension, 1.0, t.ends[0], t.pulled)
-    add_ends(beam.stiffness, -1.0, t.ends[0], t.loads)
-    add_ends(beam.mass, -nu, t.ends[1], t.loads)
-    add_ends(beam.mass, -1.0, t.ends[2], t.loads)
-    if beam.retardation > 0.0:
-        add_ends(beam.stiffness, -beam.retardation, t.ends[1], t.loads)
+    """Put what ends and loads do to the free dofs of a stage in t.pulled and t.loads, to (2) in t.fixed."""
+    k, g, m, tau = beam.stiffness, beam.tension, beam.mass, beam.retardation
+    push, ends = t.controls[PUSH, 0] / beam.scale, t.ends
+    for i in range(0, t.loads.shape[0], WIDTH):
+        loads = (
+            load_from(beam.weight, (i,)) + load_from(beam.bent, (i,)) - push * load_from(beam.middle, (i,))
+        )
+        pulled = spread(0.0)
+        for c in range(ENDS):
+            if ends[0, c] != 0.0 or ends[1, c] != 0.0 or ends[2, c] != 0.0:
+                pulled += ends[0, c] * load_from(g.ends, (c, i))
+                loads -= (ends[0, c] + tau * ends[1, c]) * load_from(k.ends, (c, i))
+                loads -= (ends[2, c] + nu * ends[1, c]) * load_from(m.ends, (c, i))
+        store_from(t.loads, (i,), loads)
+        store_from(t.pulled, (i,), pulled)
+    corner = 0.0
+    for c in range(ENDS):
+        if ends[0, c] != 0.0:
+            for d in range(ENDS):
+                corner += ends[0, c] * g.corner[c, d] * ends[0, d]
+    t.fixed[0] = 0.5 * corner - shortening(beam, t.controls, 0)
 
 
 @compiled(**OPTIONS)
@@ -142,11 +151,7 @@ def residual(model: Moving, sigma: float) -> None:
         store_from(t.row, (i,), row)
         store_from(t.rest, (i,), stiffening * moment - load * row + inertia - load_from(t.loads, (i,)))
         twice += load_from(t.z, (i,)) * (row + pulled)
-    corner = 0.0
-    for c in range(ENDS):
-        for d in range(ENDS):
-            corner += t.ends[0, c] * beam.tension.corner[c, d] * t.ends[0, d]
-    t.change[0] = 0.5 * (summed(twice) + corner) - shortening(beam, t.controls, 0)
+    t.change[0] = 0.5 * summed(twice) + t.fixed[0]
 
 
 @compiled(**OPTIONS)
