@@ -17,11 +17,13 @@ from ribbonfem.ends.planar_kernels import CONTROLS
 from ribbonfem.jit.references import by_reference
 from ribbonfem.jit.simd import WIDTH
 from ribbonfem.results import Array
-from ribbonfem.stepping.kernels.guess import GUESS, MEMORY
+from ribbonfem.stepping.kernels.guess import MEMORY
 
 from .bands import FEW
 
 ENDS = 4
+# stages of which a guess is made: with two there are a twelfth fewer iterations than with three
+GUESS = 2
 # of `Motion`, the arrays of dofs
 DOFS = ("z", "v", "a", "auxiliary")
 

@@ -23,7 +23,6 @@ from ribbonfem.stepping.kernels.arrays import (
     Scheme,
 )
 from ribbonfem.stepping.kernels.guess import (
-    GUESS,
     KNOWN,
     MEMORY,
     POINTS,
@@ -71,7 +70,7 @@ def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
     t = model.scratch
     known = int(clock[POINTS])
     put_weights(t.known_time, known, time, t.lagrange)
-    count = min(GUESS, known)
+    count = min(t.lagrange.shape[0], known)
     for k in range(0, t.z.shape[0], WIDTH):
         z = load_from(t.rp, (k,))
         for j in range(count):
