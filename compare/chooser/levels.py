@@ -37,7 +37,7 @@ SECONDS = {
 _FINER = 10.0**0.5
 MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff}
 # Scatter of a smooth run's snap over its tolerance (L), by rate t*: a + b rate^c, rad.  Below _FALLING it
-# falls as the root of the tolerance.  (Errors were at most .77 of it in 200 planar scenes, .61 in 60 ribbons,
+# falls as the root of the tolerance.  (Errors were at most .74 of it in 200 planar scenes, .61 in 60 ribbons,
 # at tolerances of 3e-5 to 1e-7: `calibrate --parts elements --ribbons 100`.)
 _SCATTER = {"kirchhoff": (0.8, 4.0, 1.0), "elastica": (2.6, 3.5, 1.4)}
 _FALLING = 1e-7

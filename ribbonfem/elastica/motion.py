@@ -62,7 +62,7 @@ def simulate(
         more; 8 elsewhere.
     extensible: whether the beam stretches, with EA of the rectangular section.
     method, step, spectral_radius, every: as in `kirchhoff.simulate`.
-    tolerance: as there, of Runge-Kutta methods .02 of it up to a speed of L per t* and in proportion above;
+    tolerance: as there, of Runge-Kutta methods down to .02 of it where the beam creeps;
         3e-5 if neither it nor a step is given, which leaves 1e-6 rad in a snap's angle in the median of drawn
         scenes and 3e-5 at most, where the mesh leaves 2e-7 and 1e-5 (`pytest -m slow -s -n 0
         tests/test_defaults.py`).

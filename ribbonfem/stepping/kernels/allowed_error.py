@@ -8,7 +8,7 @@ from ribbonfem.jit.decorator import compiled
 # their own: these lose less while they creep than ribbons do, more on the way of a fast ramp, and a snap's
 # angle costs a fifth to a third less at the same error.  (A ribbon's would cost a tenth more with them, and
 # generalised-alpha pumps waves along a beam in the longer steps.)
-USUAL, PLANAR = (0.01, 0.1), (0.02, 0.02)
+USUAL, PLANAR = (0.01, 0.1), (0.02, 0.05)
 
 
 @compiled(inline=True)
