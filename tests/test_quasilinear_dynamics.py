@@ -9,7 +9,7 @@ from ribbonfem import Scene, SceneError, quasilinear
 from ribbonfem.ends import moving
 from ribbonfem.jit.decorator import compiled
 from ribbonfem.quasilinear import discretisation
-from ribbonfem.quasilinear.kernels import consistent_initialisation, stage
+from ribbonfem.quasilinear.kernels import bands, consistent_initialisation, stage
 from ribbonfem.quasilinear.problem import Statics
 from ribbonfem.stepping.methods import method_of
 
@@ -46,6 +46,7 @@ def test_kernel_is_the_readable_form(elements, degree):
     # a = (z - zp) / b and v = vp + f a
     rp, vp = z - b * a, v - f * a
     t.known[:n] = sigma * rp - nu * vp
+    bands.add_product(model.beam.mass.band, 1.0, t.wide_known, t.loads)
     _newton_step(model, sigma)
     whole = [np.append(free, end) for free, end in zip((z, v, a), ends, strict=True)]
     stretch = mesh.tension @ whole[0]

@@ -78,11 +78,11 @@ class Scratch(NamedTuple):
     """What a step overwrites, and the stages remembered for guesses.
 
     z, v, a, load, ends as in `Motion`, of the stage; rp, vp, known: z = rp + b a, v = vp + f a, and what
-    stands against sigma z in the inertia; pulled, G e; loads, the forces of ends and loads on the free dofs;
-    fixed (1,), what the ends are in the constraint; row, G Z; rest, a residual, overwritten by the
-    increments; change (1,), that of the load; product, column: (N,) of use for a moment, wide and
-    wide_inertia (w + N + w,), and jumps (4,); factors (w + 1, N + w) and pivots (N,), inverse, or in place
-    of both the inverse (N, N);
+    stands against sigma z in the inertia; pulled, G e; loads, the forces of ends, loads and known on the free
+    dofs; fixed (1,), what the ends are in the constraint; row, G Z; rest, a residual, overwritten by the
+    increments; change (1,), that of the load; product, column: (N,) of use for a moment, wide
+    (w + N + w,), and jumps (4,); wide_z, wide_v, wide_known, in whose middle z, v and known stand;
+    factors (w + 1, N + w) and pivots (N,), inverse, or in place of both the inverse (N, N);
     stiffening (1,), by how much the beam that retards is stiffer to a stage's displacements; factored (2,),
     that and the load of the factors.
     """
@@ -104,7 +104,9 @@ class Scratch(NamedTuple):
     product: Array
     column: Array
     wide: Array
-    wide_inertia: Array
+    wide_z: Array
+    wide_v: Array
+    wide_known: Array
     factors: Array
     pivots: Array
     stage_v: Array
@@ -143,18 +145,18 @@ def padded(table: Array, dofs: int) -> Array:
 def scratch(count: int, width: int, stages: int) -> Scratch:
     """Memory for so many places, a half-bandwidth and a method."""
     few = count <= FEW
-    z, v, a, rp, vp, known, pulled, loads, row, rest, product, column = np.zeros((12, count))
+    a, rp, vp, pulled, loads, row, rest, product, column = np.zeros((9, count))
     stage_v, stage_a = np.zeros((2, stages, count))
-    wide, wide_inertia = np.zeros((2, count + 2 * width))
+    wide, wide_z, wide_v, wide_known = np.zeros((4, count + 2 * width))
     return Scratch(
-        z=z,
-        v=v,
+        z=wide_z[width : width + count],
+        v=wide_v[width : width + count],
         a=a,
         load=np.zeros(1),
         ends=np.zeros((3, ENDS)),
         rp=rp,
         vp=vp,
-        known=known,
+        known=wide_known[width : width + count],
         pulled=pulled,
         loads=loads,
         fixed=np.zeros(1),
@@ -164,7 +166,9 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         product=product,
         column=column,
         wide=wide,
-        wide_inertia=wide_inertia,
+        wide_z=wide_z,
+        wide_v=wide_v,
+        wide_known=wide_known,
         factors=np.zeros((count, count) if few else (width + 1, count + width)),
         pivots=np.zeros(0 if few else count),
         stage_v=stage_v,

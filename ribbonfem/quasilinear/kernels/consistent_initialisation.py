@@ -65,7 +65,8 @@ def project(beam: Beam, m: Motion, t: Scratch, ends: Ends, nu: float) -> float:
     add_product(beam.mass.band, -nu, t.wide, t.rest)
     if beam.retardation > 0.0:
         add_product(beam.stiffness.band, -beam.retardation, t.wide, t.rest)
-    speed = square(beam.tension, m.v, t.ends[1], t)
+    widen(m.v, t.wide)
+    speed = square(beam.tension, m.v, t.wide, t.ends[1])
     off = shortening(beam, t.controls, 2) - speed
     for c in range(ENDS):
         off -= at_end(beam.tension, c, m.z, t.ends[0]) * t.ends[2, c]

@@ -35,7 +35,7 @@ from ribbonfem.stepping.kernels.loop import loop_of
 from ribbonfem.stepping.kernels.newton import Equations, newton_of, renew
 
 from . import consistent_initialisation
-from .bands import dot
+from .bands import add_product, dot
 from .beam import ENDS, Moving
 from .stage import (
     add_viscous_loads,
@@ -139,6 +139,7 @@ def _stage(model: Moving, m: Scheme, ramp: Ramp, clock: Array, i: int, h: float,
     set_ends(beam, t.controls, t.ends)
     put_loads(beam, t, nu)
     b, f = _known(model, m, i, h, nu)
+    add_product(beam.mass.band, 1.0, t.wide_known, t.loads)
     if beam.retardation > 0.0:
         add_viscous_loads(beam, t, b, f)
     _guess(model, clock, at, b)
@@ -213,30 +214,27 @@ def _held(model: Moving, c: int, z: Array, v: Array, a: Array, load: float, ends
 
 
 @compiled(**OPTIONS)
-def _flowing(
-    model: Moving, z: Array, v: Array, a: Array, load: float, ends: Array, nu: float
-) -> tuple[float, float, float]:
-    """Kinetic energy, what damping takes, and the power of the controls."""
+def _flowing(model: Moving, nu: float) -> tuple[float, float, float]:
+    """Kinetic energy of the scratch, what damping takes, and the power of the controls."""
     beam, t = model.beam, model.scratch
-    n, tau, push = z.shape[0], beam.retardation, t.controls[PUSH, 0] / beam.scale
+    n, tau, push = t.z.shape[0], beam.retardation, t.controls[PUSH, 0] / beam.scale
     # (in units of the beam's own: of the shortening over dL/L)
-    power = load * t.controls[COMPRESSION, 1] / (beam.scale * beam.scale)
+    power = t.load[0] * t.controls[COMPRESSION, 1] / (beam.scale * beam.scale)
     if push != 0.0:
-        power -= push * (dot(beam.middle[:n], v) + dot(beam.middle[n:], ends[1]))
+        power -= push * (dot(beam.middle[:n], t.v) + dot(beam.middle[n:], t.ends[1]))
     for c in range(1, ENDS):
-        if ends[1, c] != 0.0:
-            power += ends[1, c] * _held(model, c, z, v, a, load, ends, nu)
-    kinetic = 0.5 * square(beam.mass, v, ends[1], t)
+        if t.ends[1, c] != 0.0:
+            power += t.ends[1, c] * _held(model, c, t.z, t.v, t.a, t.load[0], t.ends, nu)
+    kinetic = 0.5 * square(beam.mass, t.v, t.wide_v, t.ends[1])
     lost = 2.0 * nu * kinetic
     if tau > 0.0:
-        lost += tau * square(beam.stiffness, v, ends[1], t)
+        lost += tau * square(beam.stiffness, t.v, t.wide_v, t.ends[1])
     return kinetic, lost, power
 
 
 @compiled(**OPTIONS)
 def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
-    t = model.scratch
-    _, lost, power = _flowing(model, t.z, t.v, t.a, t.load[0], t.ends, nu)
+    _, lost, power = _flowing(model, nu)
     return lost, power
 
 
@@ -244,21 +242,25 @@ def _flows(model: Moving, nu: float, h: float) -> tuple[float, float]:
 def _measure(model: Moving, nu: float, solved: bool) -> Measures:
     """Energies, what they lose and take, load (`ModelFunctions`)."""
     beam, t, y = model.beam, model.scratch, model.motion
-    z, v, a, load, ends = y.z, y.v, y.a, y.load[0], y.ends
-    if solved:
-        z, v, a, load, ends = t.z, t.v, t.a, t.load[0], t.ends
-    n = z.shape[0]
-    kinetic, lost, power = _flowing(model, z, v, a, load, ends, nu)
+    if not solved:
+        # (what the scratch holds of the last stage is used no more)
+        copy(y.z, t.z)
+        copy(y.v, t.v)
+        copy(y.a, t.a)
+        copy(y.load, t.load)
+        copy(y.ends, t.ends)
+    n = t.z.shape[0]
+    kinetic, lost, power = _flowing(model, nu)
     bent = weight = spread(0.0)
     for k in range(0, n, WIDTH):
-        bent += load_from(beam.bent, (k,)) * load_from(z, (k,))
-        weight += load_from(beam.weight, (k,)) * load_from(z, (k,))
-    elastic = 0.5 * square(beam.stiffness, z, ends[0], t) + beam.own - summed(bent)
+        bent += load_from(beam.bent, (k,)) * load_from(t.z, (k,))
+        weight += load_from(beam.weight, (k,)) * load_from(t.z, (k,))
+    elastic = 0.5 * square(beam.stiffness, t.z, t.wide_z, t.ends[0]) + beam.own - summed(bent)
     potential = -summed(weight)
     for c in range(ENDS):
-        elastic -= beam.bent[n + c] * ends[0, c]
-        potential -= beam.weight[n + c] * ends[0, c]
-    return kinetic, elastic, potential, lost, power, load
+        elastic -= beam.bent[n + c] * t.ends[0, c]
+        potential -= beam.weight[n + c] * t.ends[0, c]
+    return kinetic, elastic, potential, lost, power, t.load[0]
 
 
 @compiled(**OPTIONS)

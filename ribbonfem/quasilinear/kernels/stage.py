@@ -71,14 +71,13 @@ def put_product(matrix: Matrix, z: Array, e: Array, t: Scratch) -> None:
 
 
 @compiled(**OPTIONS)
-def square(matrix: Matrix, z: Array, e: Array, t: Scratch) -> float:
-    """(z, e) A (z, e)"""
-    widen(z, t.wide)
+def square(matrix: Matrix, z: Array, wide: Array, e: Array) -> float:
+    """(z, e) A (z, e), of z that stands in the middle of a wide array."""
     total = spread(0.0)
     for i in range(0, z.shape[0], WIDTH):
         free, ends = spread(0.0), spread(0.0)
         for d in range(matrix.band.shape[0]):
-            free += load_from(matrix.band, (d, i)) * load_from(t.wide, (i + d,))
+            free += load_from(matrix.band, (d, i)) * load_from(wide, (i + d,))
         for c in range(ENDS):
             if e[c] != 0.0:
                 ends += e[c] * load_from(matrix.ends, (c, i))
@@ -133,23 +132,18 @@ def residual(model: Moving, sigma: float) -> None:
     beam, t = model.beam, model.scratch
     k, g, m = beam.stiffness.band, beam.tension.band, beam.mass.band
     load, stiffening = t.load[0], t.stiffening[0]
-    margin = k.shape[0] // 2
-    for i in range(0, t.z.shape[0], WIDTH):
-        z = load_from(t.z, (i,))
-        store_from(t.wide, (margin + i,), z)
-        # what the acceleration and damping make of it
-        store_from(t.wide_inertia, (margin + i,), sigma * z - load_from(t.known, (i,)))
     twice = spread(0.0)
     for i in range(0, t.z.shape[0], WIDTH):
         pulled = load_from(t.pulled, (i,))
         moment, row, inertia = spread(0.0), pulled, spread(0.0)
         for d in range(k.shape[0]):
-            z = load_from(t.wide, (i + d,))
+            z = load_from(t.wide_z, (i + d,))
             moment += load_from(k, (d, i)) * z
             row += load_from(g, (d, i)) * z
-            inertia += load_from(m, (d, i)) * load_from(t.wide_inertia, (i + d,))
+            inertia += load_from(m, (d, i)) * z
         store_from(t.row, (i,), row)
-        store_from(t.rest, (i,), stiffening * moment - load * row + inertia - load_from(t.loads, (i,)))
+        rest = stiffening * moment - load * row + sigma * inertia - load_from(t.loads, (i,))
+        store_from(t.rest, (i,), rest)
         twice += load_from(t.z, (i,)) * (row + pulled)
     t.change[0] = 0.5 * summed(twice) + t.fixed[0]
 
