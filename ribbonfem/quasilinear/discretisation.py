@@ -38,7 +38,7 @@ def _constants(elements: int, degree: int) -> dict[str, Any]:
         "stiffness": stiffness,
         "tension": tension,
         "mass": mass,
-        "middle": beam.padded(mesh.middle[0], n),
+        "middle": beam.padded(mesh.middle, n),
         "height": height,
         "even": mesh.even if mesh.even < n else len(height),
     }
@@ -92,6 +92,7 @@ class MovingBeam:
         n = problem.mesh.count
         self.scheme, self.problem = scheme, problem
         self._dofs, self._rates = np.empty((2, rows, n + ENDS))
+        self._slopes = np.empty(rows)
         motion = beam.Motion(
             **{
                 name: beam.padded(value, n) if name in beam.DOFS else value.copy()
@@ -100,7 +101,7 @@ class MovingBeam:
         )
         self.clock = motion.clock
         memory = beam.scratch(len(motion.z), problem.mesh.width, scheme.stages)
-        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates)
+        self.model = beam.Moving(discretised(problem), memory, motion, self._dofs, self._rates, self._slopes)
 
     def kept(self) -> dict[str, Array]:
         """What it goes on from."""
@@ -110,8 +111,7 @@ class MovingBeam:
 
     def slopes(self, count: int) -> Array:
         """(rows,) of the last rows."""
-        # (row by row: a product of matrices has other last digits for other counts of rows)
-        slope = self.problem.scale * np.sum(self._dofs[:count] * self.problem.mesh.middle[1], axis=1)
+        slope = self.problem.scale * self._slopes[:count]
         return np.asarray(slope / np.hypot(1.0, slope))
 
     def shapes(self, count: int) -> tuple[Array, Array, Array]:

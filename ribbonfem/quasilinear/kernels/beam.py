@@ -41,8 +41,8 @@ class Matrix(NamedTuple):
 class Beam(NamedTuple):
     """The discretisation, and what acts on it.
 
-    middle (N + 4,) makes Z at midspan of z and e; height (N,) is the largest value of each shape function;
-    weight and bent (N + 4,) are the loads of the weight along z and of the natural curvature, over
+    middle (2, N + 4) makes Z and Z' at midspan of z and e; height (N,) is the largest value of each shape
+    function; weight and bent (N + 4,) are the loads of the weight along z and of the natural curvature, over
     (dL/L)^(1/2), which is `scale`; own, the energy of that curvature in the straight beam, over dL/L;
     retardation in t*; even, places of dofs of even shape, which meet none of the odd ones behind them, or N.
     """
@@ -123,13 +123,17 @@ class Scratch(NamedTuple):
 
 @by_reference
 class Moving(NamedTuple):
-    """A beam in motion; `row_z` and `row_v` (rows, n + 4) take z and e of rows, and their rates."""
+    """A beam in motion.
+
+    `row_z` and `row_v` (rows, n + 4) take z and e of rows, and their rates; `row_slope` Z' at midspan.
+    """
 
     beam: Beam
     scratch: Scratch
     motion: Motion
     row_z: Array
     row_v: Array
+    row_slope: Array
 
 
 def padded(table: Array, dofs: int) -> Array:

@@ -210,7 +210,7 @@ def _held(model: Moving, c: int, z: Array, v: Array, a: Array, load: float, ends
     for e in range(ENDS):
         held += k.corner[c, e] * (ends[0, e] + beam.retardation * ends[1, e])
         held += m.corner[c, e] * (ends[2, e] + nu * ends[1, e]) - load * g.corner[c, e] * ends[0, e]
-    return held + push * beam.middle[n + c] - beam.weight[n + c] - beam.bent[n + c]
+    return held + push * beam.middle[0, n + c] - beam.weight[n + c] - beam.bent[n + c]
 
 
 @compiled(**OPTIONS)
@@ -221,7 +221,7 @@ def _flowing(model: Moving, nu: float) -> tuple[float, float, float]:
     # (in units of the beam's own: of the shortening over dL/L)
     power = t.load[0] * t.controls[COMPRESSION, 1] / (beam.scale * beam.scale)
     if push != 0.0:
-        power -= push * (dot(beam.middle[:n], t.v) + dot(beam.middle[n:], t.ends[1]))
+        power -= push * (dot(beam.middle[0, :n], t.v) + dot(beam.middle[0, n:], t.ends[1]))
     for c in range(1, ENDS):
         if t.ends[1, c] != 0.0:
             power += t.ends[1, c] * _held(model, c, t.z, t.v, t.a, t.load[0], t.ends, nu)
@@ -268,15 +268,18 @@ def _record(model: Moving, nu: float, rows: Array, row: int) -> None:
     """Height and velocity at midspan, and the dofs; of rows that are kept reactions."""
     y, middle = model.motion, model.beam.middle
     n, unknowns = y.z.shape[0], model.row_z.shape[1] - ENDS
-    height, velocity = dot(middle[:n], y.z), dot(middle[:n], y.v)
+    height, velocity = dot(middle[0, :n], y.z), dot(middle[0, :n], y.v)
+    slope = dot(middle[1, :n], y.z)
     for k in range(unknowns):
         model.row_z[row, k] = y.z[k]
         model.row_v[row, k] = y.v[k]
     for c in range(ENDS):
-        height += middle[n + c] * y.ends[0, c]
-        velocity += middle[n + c] * y.ends[1, c]
+        height += middle[0, n + c] * y.ends[0, c]
+        velocity += middle[0, n + c] * y.ends[1, c]
+        slope += middle[1, n + c] * y.ends[0, c]
         model.row_z[row, unknowns + c] = y.ends[0, c]
         model.row_v[row, unknowns + c] = y.ends[1, c]
+    model.row_slope[row] = slope
     rows[row, HEIGHT], rows[row, VELOCITY] = height, velocity
     if rows[row, KEPT] == 0.0:
         return

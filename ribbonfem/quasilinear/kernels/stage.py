@@ -97,7 +97,7 @@ def put_loads(beam: Beam, t: Scratch, nu: float) -> None:
     push, ends = t.controls[PUSH, 0] / beam.scale, t.ends
     for i in range(0, t.loads.shape[0], WIDTH):
         loads = (
-            load_from(beam.weight, (i,)) + load_from(beam.bent, (i,)) - push * load_from(beam.middle, (i,))
+            load_from(beam.weight, (i,)) + load_from(beam.bent, (i,)) - push * load_from(beam.middle, (0, i))
         )
         pulled = spread(0.0)
         for c in range(ENDS):
