@@ -22,8 +22,6 @@ from ribbonfem.stepping.kernels.guess import MEMORY
 from .bands import FEW
 
 ENDS = 4
-# stages of which a guess is made: with two there are a twelfth fewer iterations than with three
-GUESS = 2
 # of `Motion`, the arrays of dofs
 DOFS = ("z", "v", "a", "auxiliary")
 
@@ -114,7 +112,6 @@ class Scratch(NamedTuple):
     known_time: Array
     known_a: Array
     known_load: Array
-    lagrange: Array
     controls: Array
     jumps: Array
     stiffening: Array
@@ -180,7 +177,6 @@ def scratch(count: int, width: int, stages: int) -> Scratch:
         known_time=np.zeros(MEMORY),
         known_a=np.zeros((MEMORY, count)),
         known_load=np.zeros(MEMORY),
-        lagrange=np.zeros(GUESS),
         controls=np.zeros((CONTROLS, 3)),
         jumps=np.zeros(ENDS),
         stiffening=np.ones(1),

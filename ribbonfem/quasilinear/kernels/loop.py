@@ -27,7 +27,6 @@ from ribbonfem.stepping.kernels.guess import (
     MEMORY,
     POINTS,
     next_slot,
-    put_weights,
     reject,
     rescale,
 )
@@ -66,19 +65,19 @@ def _remember(model: Moving, clock: Array, time: float, a: Array, load: float) -
 
 @compiled(**OPTIONS)
 def _guess(model: Moving, clock: Array, time: float, b: float) -> None:
-    """Guesses of z and the load at a time, from the polynomials through the last stages known."""
-    t = model.scratch
-    known = int(clock[POINTS])
-    put_weights(t.known_time, known, time, t.lagrange)
-    count = min(t.lagrange.shape[0], known)
+    """Guesses of z and the load at a time, on the line through the last two stages known.
+
+    (Parabolas cost a twelfth more iterations.)
+    """
+    t, known = model.scratch, int(clock[POINTS])
+    last, before = (known - 1) % MEMORY, (known - 2) % MEMORY
+    weight = 1.0
+    if known > 1:
+        weight = (time - t.known_time[before]) / (t.known_time[last] - t.known_time[before])
     for k in range(0, t.z.shape[0], WIDTH):
-        z = load_from(t.rp, (k,))
-        for j in range(count):
-            z += (b * t.lagrange[j]) * load_from(t.known_a, ((known - 1 - j) % MEMORY, k))
-        store_from(t.z, (k,), z)
-    t.load[0] = 0.0
-    for j in range(count):
-        t.load[0] += t.lagrange[j] * t.known_load[(known - 1 - j) % MEMORY]
+        a = weight * load_from(t.known_a, (last, k)) + (1.0 - weight) * load_from(t.known_a, (before, k))
+        store_from(t.z, (k,), load_from(t.rp, (k,)) + b * a)
+    t.load[0] = weight * t.known_load[last] + (1.0 - weight) * t.known_load[before]
 
 
 @compiled(**OPTIONS)

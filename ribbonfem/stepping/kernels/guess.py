@@ -19,12 +19,12 @@ MEMORY, GUESS = 16, 3
 
 @compiled(**OPTIONS)
 def put_weights(times: Array, known: int, time: float, weights: Array) -> None:
-    """Weights at a time of the polynomial through as many of the last of `known` stages, the newest first.
+    """Weights at a time of the polynomial through the last of `known` stages, the newest first.
 
     Stage k lies at k % MEMORY in times; those there are not yet count for nothing.
     """
-    count = min(weights.shape[0], known)
-    for j in range(weights.shape[0]):
+    count = min(GUESS, known)
+    for j in range(GUESS):
         weight = 1.0 if j < count else 0.0
         tj = times[(known - 1 - j) % MEMORY]
         for i in range(count if j < count else 0):
