@@ -297,6 +297,13 @@ def test_where_no_value_is_found_beside_a_root_the_least_counts():
     assert root(value, 0.0, 1.0, 1e-14) == pytest.approx(0.5, abs=1e-7)
 
 
+def test_a_jump_is_no_root():
+    """Two curves that pass close by: the test function of either does not vanish."""
+    for low, high in ((-1.0, 3.0), (-0.4, 0.1)):
+        with pytest.raises(NotConverged):
+            root(lambda x, low=low, high=high: low + x if x < 0.3 else high + x, 0.0, 1.0, 1e-10)
+
+
 def test_a_wide_bracket_of_what_is_asked_for_roughly_is_left():
     """High above low by ten times `within`, and the root at the end: it went round and round."""
     high = 0.02758198007926773

@@ -39,6 +39,13 @@ def test_ribbon_folds_and_second_order():
     assert np.all(np.abs(order - 2) < 0.02), f"expected order 2, observed {order}"
 
 
+def test_no_mesh_leads_onto_another_curve():
+    """A long step landed on one that passes nearby, and took the jump for a branch point: no second fold."""
+    for n in range(94, 106):
+        off = np.array([f.angle for f in der.folds(RIBBON, nodes=n)]) - RIBBON_FOLDS
+        np.testing.assert_allclose(off * (n - 2) ** 2, (7.22, -3.42), rtol=0.01)
+
+
 def test_two_node_clamp_is_first_order():
     errors = {}
     for n in (101, 201):

@@ -11,6 +11,8 @@ from .corrector import NotConverged, Point, Problem, State, Steps, correct
 
 # values below this part of those at the ends may be rounding
 _ROUNDING = 1e-7
+# what the value at a root may be, in parts of the larger one at the ends, or of `within` in parts of theirs
+_SMOOTH, _STEEP = 1e-3, 10.0
 # how often, and by how much of what is left, a place is left where nothing converges
 _ASIDE, _SHARE = 12, 0.03
 
@@ -30,7 +32,8 @@ def root(
     ValueError
         If the signs are the same.
     NotConverged
-        From `value`, far from the root.
+        From `value`, far from the root; and where the values do not become small, but jump: their points
+        lie on two curves.
     """
     ends = {low: value(low), high: value(high)}
     for place, there in ends.items():
@@ -38,7 +41,8 @@ def root(
             return place
     if ends[low] * ends[high] > 0.0:
         raise ValueError(f"no root: {ends[low]:.3g} at {low:.6g}, {ends[high]:.3g} at {high:.6g}")
-    small = _ROUNDING * max(map(abs, ends.values()))
+    most = max(map(abs, ends.values()))
+    small, large = _ROUNDING * most, max(_SMOOTH, _STEEP * within / (high - low)) * most
     last = [(low, ends[low]), (high, ends[high])]
     following = _interpolated(last) if guess is None else guess
     least, best = np.inf, low
@@ -69,6 +73,8 @@ def root(
         lengths.append(high - low)
         following = _interpolated(last)
         if there == 0.0 or abs(following - place) < within or high - low <= within:
+            if least > large:
+                raise NotConverged
             return place
         slow = len(lengths) > 4 and lengths[-1] > 0.5 * lengths[-4]
         if slow or not low < following < high:

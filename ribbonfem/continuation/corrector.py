@@ -288,6 +288,7 @@ def correct(
     steps: Steps,
     *,
     fresh: bool = False,
+    strict: bool = False,
     near: Point[State] | None = None,
 ) -> Point[State]:
     """The point of the curve at pseudo-arclength `step` from `base`.
@@ -295,10 +296,11 @@ def correct(
     Predicted along the cubic of the last steps' bends, which saves an iteration or two against the
     straight line, and better from a point `near` that was found from the same base.  The tangent is of the
     last linearisation, one (small) increment back, or of a `fresh` one where an event is to be located by it.
+    A `strict` one does not wander: beside a branch point, where increments are as good as arbitrary, none is.
     """
     row, corner = problem.weight * base.direction, problem.parameter_weight * base.rate
     state, parameter = _predicted(problem, base, step, near)
-    before, total = parameter, np.zeros_like(base.direction)
+    before, total, last = parameter, np.zeros_like(base.direction), np.inf
     both = np.empty((len(total), 2))
     for iteration in range(1, steps.newton + 1):
         line = problem.linearise(state, parameter)
@@ -313,6 +315,10 @@ def correct(
         # a correction that is large against the step may land on a curve that passes nearby
         if not size <= steps.correction * max(step, 1e-3):
             raise NotConverged
+        # and so may one that grows again (the second puts right what the first has stretched)
+        if strict and iteration > 2 and size > max(last, steps.tolerance):
+            raise NotConverged
+        last = size
         parameter += change
         total += increment
         state = problem.advance(state, increment, parameter)

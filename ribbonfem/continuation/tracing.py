@@ -320,7 +320,7 @@ def trace(
     It also ends where a state has more than `unstable` unstable directions: buckled beams have
     curves that go on through ever higher modes and never leave the span.
 
-    A step is taken again at half its length if Newton fails, if its first correction is large,
+    A step is taken again at half its length if Newton fails or wanders, if its first correction is large,
     if the tangent turns by more than `steps.turn`, if the parameter may turn twice inside it, or if
     the number of unstable directions changes by more than the events found in it explain: the step
     may have landed on another curve, or passed two folds.  The last point lies on the edge of the
@@ -342,7 +342,7 @@ def trace(
                     "curve; close to a branch point another mesh, or other `steps`, may pass it"
                 )
             try:
-                end = correct(problem, base, step, steps)
+                end = correct(problem, base, step, steps, strict=True)
                 cosine = float(problem.weight @ (base.direction * end.direction))
                 cosine += problem.parameter_weight * base.rate * end.rate
                 turn = float(np.arccos(min(1.0, max(-1.0, cosine))))
