@@ -148,6 +148,18 @@ def test_means_of_forces_are_of_elastic_moments():
         elastica.simulate(scene, method="discrete-gradient")
 
 
+@pytest.mark.parametrize(("tolerance", "elements"), [(3e-3, 4), (1e-3, 4), (1e-3, 8)])
+def test_no_loose_tolerance_ends_a_run(tolerance, elements):
+    """A step that gained energy was halved until it made velocities of what Newton had left of positions."""
+    for rate in 0.1 * (1.0 + 0.003 * np.arange(8)):
+        scene = Scene(compression=0.20, shear=0.0, start="U+", rate=rate, damping=1.0, stop=1.6)
+        fine, rough = (
+            elastica.simulate(scene, elements=8, tolerance=1e-5, until="snap"),
+            elastica.simulate(scene, elements=elements, tolerance=tolerance, until="snap"),
+        )
+        assert rough.snap[1] == pytest.approx(fine.snap[1], abs=0.2 * tolerance)
+
+
 def test_configurations_may_be_left_out():
     scene = Scene(**PLANAR, rate=0.3, stop=0.1)
     bare, whole = elastica.simulate(scene, configurations=False), elastica.simulate(scene)

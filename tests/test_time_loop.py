@@ -176,6 +176,7 @@ def moved(method, *, step=0.0, tolerance=0.0, room=5000):
         every=1,
         barrier=-np.inf,
         gain=np.inf,
+        shortest=0.0,
         least_growth=1.0,
     )
     model = Pendulum(

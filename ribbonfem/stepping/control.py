@@ -100,7 +100,10 @@ def ramp_of(
     gain: float = math.inf,
     least_growth: float = 1.0,
 ) -> kernels.Ramp:
-    """What the controls do and the control of steps; what is named is the model's own (`kernels.Ramp`)."""
+    """What the controls do and the control of steps; what is named is the model's own (`kernels.Ramp`).
+
+    A step may gain `gain`, or as large a part of the energy as the tolerance is, if that is larger.
+    """
     unit = scene.ribbon.inertial_time
     ends = moving(scene) if ends is None else ends
     return kernels.Ramp(
@@ -118,7 +121,9 @@ def ramp_of(
         departed=control.departed,
         every=every,
         barrier=barrier,
-        gain=gain,
+        gain=gain if control.method.mean else max(gain, control.tolerance or 0.0),
+        # (what Newton left of a position, a shorter step makes a velocity of)
+        shortest=max(1e-6, 100.0 * newton),
         least_growth=least_growth,
     )
 

@@ -31,7 +31,7 @@ ROW_SIZE = 23
 
 # part of the largest energy so far by which energy may grow without work: more is an unstable method
 GROWTH = 0.25
-# t*; a shorter step is taken whatever energy it gains
+# t*; in a shorter first step beams that retard have strain rates that no mesh resolves
 SHORT = 1e-6
 
 
@@ -77,6 +77,7 @@ class Ramp(NamedTuple):
     every: int  # steps to a row that is kept; the others are for events alone
     barrier: float  # energy below which a beam that is held to the end cannot leave its state any more
     gain: float  # part of the largest energy so far that an adaptive step may gain from nowhere
+    shortest: float  # a step no longer than this is taken whatever energy it gains
     least_growth: float  # a step grows by this factor at least, or stays
 
 

@@ -255,7 +255,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                 gained = excess - clock[EXCESS]
                 if m.kind == MEAN:
                     gained = abs(gained)
-                if ramp.fixed == 0.0 and h > SHORT and gained > ramp.gain * clock[PEAK]:
+                if ramp.fixed == 0.0 and h > ramp.shortest and gained > ramp.gain * clock[PEAK]:
                     reject(model, clock)
                     _shorter(ramp, clock, 0.5 * h)
                     continue
