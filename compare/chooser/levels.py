@@ -42,6 +42,8 @@ MODELS: Mapping[str, ModuleType] = {"elastica": elastica, "kirchhoff": kirchhoff
 # 1e-7: `calibrate --parts elements --ribbons 100`.)
 _SCATTER = {"kirchhoff": (0.8, 0.0, 4.0, 1.0), "elastica": (0.4, 0.28, 3.5, 1.4)}
 _RINGING, _FALLING = 0.1, 1e-7
+# Part of what is asked for that a run is to scatter by: its tolerance is rounded to three digits.
+_WITHIN = 0.99
 # rate t*, nu t*, h/L and dL/L for which it was measured
 _MEASURED = ((0.01, 15.0), (0.05, 60.0), (0.004, 0.02))
 _COMPRESSIONS = {"kirchhoff": (0.1, 0.5), "elastica": (0.05, 0.5)}
@@ -118,7 +120,7 @@ def first_runs(scene: Scene, tolerance: float) -> list[tuple[int, float]]:
     (Of the finest runs three are better than two.)
     """
     finest, coarsest = TOLERANCES[-1] * _FINER, TOLERANCES[0] / _FINER
-    fine = min(max(_tolerance_for(scene, 0.95 * tolerance), finest), coarsest)
+    fine = min(max(_tolerance_for(scene, _WITHIN * tolerance), finest), coarsest)
     return [(count, float(f"{local:.3g}")) for count, local in _finer_runs(fine, -1)]
 
 
