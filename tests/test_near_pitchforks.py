@@ -132,3 +132,16 @@ def test_a_branch_point_at_which_nothing_converges_is_closed_in_on(model, drive)
         scene = Scene(compression=compression, shear=0.0, start="U+", drive=drive, gravity=(0.0, 0.0, 0.0))
         met = [model.instabilities(scene, elements=count)[0].control for count in (12, 16)]
         assert met[0] == pytest.approx(met[1], rel=3e-7)
+
+
+def test_a_ramp_goes_on_beyond_the_tip_of_a_fork_on_every_mesh():
+    """The curve ends there in the symmetric one, along which J is singular: what J alone gave was rounding."""
+    pulled = Scene(compression=0.35, shear=0.40, start="U+S+", drive="compression", rate=-0.1)
+    assert [der.instabilities(pulled, nodes=n) for n in (81, 131, 151, 201)] == [()] * 4
+    pushed = Scene(compression=0.3202, shear=0.34456, start="U+S+", drive="compression", rate=0.1)
+    (fork,) = kirchhoff.instabilities(pushed, elements=16, extensible=True)
+    for nodes in (101, 131, 151):
+        (of_rods,) = der.instabilities(pushed, nodes=nodes)
+        assert of_rods.kind == fork.kind == "pitchfork"
+        # rods err as the square of an edge
+        assert (of_rods.control - fork.control) * (nodes - 2) ** 2 == pytest.approx(-7.29, rel=0.02)

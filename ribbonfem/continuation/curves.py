@@ -14,11 +14,13 @@ from ribbonfem.options import OptionError
 from ribbonfem.results import MESH, Array, Branch, Fold, Instability, SolverError, control_text
 from ribbonfem.scene import Ribbon, Scene
 
-from .corrector import Point, Problem, State, Steps, first_point, solution
+from .corrector import Point, Problem, State, Steps, bordered_solve, first_point, solution
 from .tracing import Event, Segment, at_parameter, switch, trace
 
 # |dW/L| below which a ribbon is sheared for its continuation, but hardly for anything else
 _NEARLY_PLANAR = 1e-3
+# parts of a step beyond a branch point at which Newton begins, the first from which it ends
+_FURTHER = (1.0, 0.1, 0.01)
 # tolerance of Newton times EI1 / EI2: that of the default ribbon is the usual one
 _BENDING = 4e-5
 
@@ -272,18 +274,21 @@ def stays_stable(
 
 
 def _along(problem: Problem[State], event: Event[State], further: float) -> tuple[State, float] | None:
-    """A state, and its parameter, on the curve through a branch point that breaks no symmetry; or None."""
-    point = event.point
-    along = -point.linearisation.solve(point.linearisation.slope)
-    # (the tangent is singular along the null vector alone)
-    weight = problem.weight * event.null
-    along -= event.null * float(weight @ along) / float(weight @ event.null)
-    parameter = point.parameter + further
-    guess = problem.advance(point.state, further * along, parameter)
-    try:
-        return solution(problem, guess, parameter), parameter
-    except SolverError:
-        return None
+    """A state, and its parameter, on the curve through a branch point that breaks no symmetry; or None.
+
+    J is singular there along the null vector, which borders it; what solves it alone is rounding.
+    """
+    point, across = event.point, problem.weight * event.null
+    bordered = replace(point.linearisation, slope=across)
+    along, _ = bordered_solve(bordered, across, 0.0, -point.linearisation.slope, 0.0)
+    for part in _FURTHER:
+        parameter = point.parameter + part * further
+        guess = problem.advance(point.state, part * further * along, parameter)
+        try:
+            return solution(problem, guess, parameter), parameter
+        except SolverError:
+            continue
+    return None
 
 
 def ramp_folds(
