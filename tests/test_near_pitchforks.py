@@ -135,7 +135,7 @@ def test_a_branch_point_at_which_nothing_converges_is_closed_in_on(model, drive)
 
 
 def test_a_ramp_goes_on_beyond_the_tip_of_a_fork_on_every_mesh():
-    """The curve ends there in the symmetric one, along which J is singular: what J alone gave was rounding."""
+    """The curve ends there in the symmetric one; J is singular, and what it gave alone was rounding."""
     pulled = Scene(compression=0.35, shear=0.40, start="U+S+", drive="compression", rate=-0.1)
     assert [der.instabilities(pulled, nodes=n) for n in (81, 131, 151, 201)] == [()] * 4
     pushed = Scene(compression=0.3202, shear=0.34456, start="U+S+", drive="compression", rate=0.1)

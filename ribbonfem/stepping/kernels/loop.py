@@ -116,11 +116,18 @@ def _held(ramp: Ramp, clock: Array) -> bool:
 
 
 @compiled()
-def _watch(ramp: Ramp, clock: Array, control: float, height: float, total: float) -> int:
+def _scale(measured: Measures) -> float:
+    """The energy that others are small or large against: wherever a potential is zero, above zero itself."""
+    return measured[0] + measured[1] + abs(measured[2])
+
+
+@compiled()
+def _watch(ramp: Ramp, clock: Array, control: float, height: float, measured: Measures) -> int:
     """What a new row says: GREW, DONE, or FULL to go on."""
+    total = measured[0] + measured[1] + measured[2]
     excess = total + clock[DISSIPATED] - clock[WORK]
     clock[LOWEST] = min(clock[LOWEST], excess)
-    clock[PEAK] = max(clock[PEAK], total)
+    clock[PEAK] = max(clock[PEAK], _scale(measured))
     if excess - clock[LOWEST] > GROWTH * clock[PEAK]:
         return GREW
     if _held(ramp, clock) and total < ramp.barrier:
@@ -170,7 +177,8 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     counts = abs(above) > ramp.departed and clock[TIME] >= ramp.since
                     clock[SIDE] = above if counts else 0.0
                 clock[WORK] += 0.5 * (clock[SPUN] + spin) * project(model, ramp, clock, True)
-                kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measure(model, nu, False)
+                measured = measure(model, nu, False)
+                kinetic, elastic, potential, clock[LOSING], clock[POWER], _ = measured
                 excess = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
                 # (a run that is gone on from has the balance of the one before)
                 known = not first or clock[EXCESS] != 0.0
@@ -181,7 +189,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
                     clock[EXCESS] = excess
                 if first:
                     clock[LOWEST] = kinetic + elastic + potential + clock[DISSIPATED] - clock[WORK]
-                    clock[PEAK] = kinetic + elastic + potential - clock[WORK]
+                    clock[PEAK] = _scale(measured) - clock[WORK]
                 clock[KINK] = 0.0
                 clock[STEP] = ramp.fixed if ramp.fixed > 0.0 else min(ramp.first, 1e-2 * (end - start))
                 clock[LAST] = 0.0
@@ -292,7 +300,7 @@ def loop_of(functions: ModelFunctions) -> Callable[..., int]:
             rows[row, KEPT] = 1.0 if kept else 0.0
             record(model, nu, rows, row)
             _write(clock, rows, row, reached, measured)
-            status = _watch(ramp, clock, reached, rows[row, HEIGHT], total)
+            status = _watch(ramp, clock, reached, rows[row, HEIGHT], measured)
             if status != FULL:
                 return status
             if kept:
