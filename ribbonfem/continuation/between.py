@@ -11,7 +11,7 @@ from .corrector import NotConverged, Point, Problem, State, Steps, correct
 
 # values below this part of those at the ends may be rounding
 _ROUNDING = 1e-7
-# what the value at a root may be, in parts of the larger one at the ends, or of `within` in parts of theirs
+# the most that the value at a root may be over the larger one at the ends, or over `within` / (high - low)
 _SMOOTH, _STEEP = 1e-3, 10.0
 # how often, and by how much of what is left, a place is left where nothing converges
 _ASIDE, _SHARE = 12, 0.03
