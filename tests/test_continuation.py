@@ -18,7 +18,7 @@ from ribbonfem.continuation import (
     trace,
 )
 from ribbonfem.continuation.between import root
-from ribbonfem.continuation.corrector import NotConverged
+from ribbonfem.continuation.corrector import NotConverged, correct
 from ribbonfem.ends import Ends
 from ribbonfem.kirchhoff.problem import Statics
 from ribbonfem.kirchhoff.states import named
@@ -302,6 +302,31 @@ def test_a_jump_is_no_root():
     for low, high in ((-1.0, 3.0), (-0.4, 0.1)):
         with pytest.raises(NotConverged):
             root(lambda x, low=low, high=high: low + x if x < 0.3 else high + x, 0.0, 1.0, 1e-10)
+
+
+class Wandering:
+    """Equations whose Newton increments have given sizes, wherever they are asked for."""
+
+    weight, parameter_weight = np.ones(1), 1.0
+
+    def __init__(self, *sizes):
+        self.sizes = iter(sizes)
+
+    def linearise(self, state, parameter):
+        return Linearisation(np.array([next(self.sizes)]), np.zeros(1), lambda x: x, 0)
+
+    def advance(self, state, increment, parameter):
+        return state + increment
+
+
+def test_a_strict_step_is_refused_where_corrections_grow_again():
+    """The second may be larger than the first; a later one that is leads onto another curve."""
+    start = Point(np.zeros(1), 0.0, np.zeros(1), 1.0, 0, Wandering(0.0).linearise(0.0, 0.0))
+    wanders, settles = (1e-3, 2e-3, 1e-4, 2e-4, 1e-9), (1e-3, 2e-3, 1e-4, 1e-9)
+    assert correct(Wandering(*wanders), start, 0.1, Steps()).iterations == 5
+    assert correct(Wandering(*settles), start, 0.1, Steps(), strict=True).iterations == 4
+    with pytest.raises(NotConverged):
+        correct(Wandering(*wanders), start, 0.1, Steps(), strict=True)
 
 
 def test_a_wide_bracket_of_what_is_asked_for_roughly_is_left():

@@ -27,6 +27,9 @@ NEWTON_TOLERANCE = 1e-9
 LARGEST_TURN = 0.05
 # t*; a step that has to be shorter than this means that there is no solution to be found
 SMALLEST_STEP = 1e-10
+# What Newton left of a position the next step makes a velocity of.  A step is not halved for its energy
+# below this (t*), nor below so many times what Newton leaves (L).
+_SHORTEST, _LEFT = 1e-6, 100.0
 
 # order in the step of the methods that beams and ribbons share, all of which have adaptive steps too
 ORDERS = MappingProxyType({name: method_of(name).order for name in METHODS})
@@ -122,8 +125,7 @@ def ramp_of(
         every=every,
         barrier=barrier,
         gain=gain if control.method.mean else max(gain, control.tolerance or 0.0),
-        # (what Newton left of a position, a shorter step makes a velocity of)
-        shortest=max(1e-6, 100.0 * newton),
+        shortest=max(_SHORTEST, _LEFT * newton),
         least_growth=least_growth,
     )
 
